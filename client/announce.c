@@ -3,7 +3,6 @@
 #include "announce.h"
 
 #include "message.h"
-#include "session.h"
 #include "wire/wire_lcm.h"
 
 #include <stdio.h>

@@ -1,6 +1,7 @@
 /* bodies: creating, changing, adopting and removing them. What the wire's own check would refuse is refused here,
  * before anything is sent. The caller's thread, except what the keeper calls under the lock. */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
 
@@ -211,7 +212,7 @@ void bodies_free(collided *c)
     free(c->body_blocks);
 }
 
-static body_record *add_record(collided *c, int32_t id)
+static body_record *add_body_record(collided *c, int32_t id)
 {
     body_record *body = table_get(&c->bodies, id); /* its removal is still under way: the same id starts anew */
     if (!body) body = new_record(c);
@@ -233,7 +234,7 @@ collided_body collided_create_body(collided *c, const collided_body_def *def)
             c, COLLIDED_BAD_ARGUMENT, "body '%s': id %d is taken or not a valid one", text(def->name), id);
     } else {
         wire_message *m = checked_body(c, id, def);
-        if (m) announce(c, &add_record(c, id)->announced, m);
+        if (m) announce(c, &add_body_record(c, id)->announced, m);
         if (m) made.id = id;
     }
     pthread_mutex_unlock(&c->lock);
@@ -295,7 +296,7 @@ collided_body collided_adopt_body(collided *c, int32_t id)
     if (id < 0 || id == INT32_MAX || table_get(&c->bodies, id)) {
         (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "id %d is taken or not a valid one", id);
     } else {
-        add_record(c, id)->announced.state = ANNOUNCE_ACKED;
+        add_body_record(c, id)->announced.state = ANNOUNCE_ACKED;
         body.id = id;
     }
     pthread_mutex_unlock(&c->lock);

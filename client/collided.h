@@ -347,7 +347,8 @@ typedef enum collided_fact {
                               the last two stamped poses; whatever the bodies' collided_ccd */
 } collided_fact;
 
-typedef enum collided_event_kind { /* numbers as on the wire */
+typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may tell of kinds that are not here: an
+                                      event of such a kind is to be passed over */
     COLLIDED_BEGIN = 1,
     COLLIDED_UPDATE,
     COLLIDED_END,
@@ -390,7 +391,8 @@ typedef enum collided_achieved { /* numbers as on the wire */
     COLLIDED_WIDE,               /* wider than asked: arithmetic, iterations, or the effort of one query of meshes,
                                     compounds or large hulls ended (about 10 ms, counted in steps, not by the clock); of
                                     a manifold, that not all parts were looked at for points */
-    COLLIDED_STOPPED             /* wider than asked: the daemon's budget of a tick ended; it goes on in the next one */
+    COLLIDED_STOPPED             /* wider than asked: the daemon's budget of a tick ended; it goes on in the next one.
+                                    What is above, of a later daemon, promises no more than COLLIDED_WIDE */
 } collided_achieved;
 
 /* One of up to four points of a manifold. */
@@ -404,7 +406,7 @@ typedef struct collided_contact_point {
 typedef struct collided_event {
     collided_event_kind kind;
     const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
-                          "snapshot", "teleport" */
+                          "snapshot", "teleport"; of a later daemon also "unknown" */
     int64_t contact;   /* stable id from begin to end */
     const char *name_a, *name_b; /* name_b of an impact "*": it may have met anything, see client/README.md */
     int32_t shape_a, shape_b;

@@ -1,5 +1,6 @@
 /* connect: the URI's scheme chooses the transport. The caller's thread; the last failure is kept a thread. */
 #include "session.h"
+#include "session_run.h"
 
 #include <stdio.h>
 #include <string.h>

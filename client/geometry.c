@@ -1,6 +1,7 @@
 /* geometry: hulls, meshes and height fields under the hash of their content, announced once, in pieces. The caller's
  * thread. */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
 

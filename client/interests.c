@@ -1,6 +1,7 @@
 /* interests: subscribing and unsubscribing. The stream's reader is there before the interest is announced, so that its
  * first batch finds it. The caller's thread. */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
 
@@ -32,7 +33,7 @@ static wire_message interest_message(
             .rate_hz = def->rate_hz}};
 }
 
-static interest_record *add_record(collided *c, const char *stream, const collided_interest_def *def)
+static interest_record *add_interest_record(collided *c, const char *stream, const collided_interest_def *def)
 {
     interest_record *i = allocate(1, sizeof *i);
     int64_t now = session_monotonic_ns();
@@ -75,7 +76,7 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
         (void)session_fail(c, COLLIDED_TRANSPORT, "cannot read the stream '%s'", stream);
         return none;
     }
-    interest_record *i = add_record(c, stream, def);
+    interest_record *i = add_interest_record(c, stream, def);
     pthread_mutex_lock(&c->lock);
     announce(c, &i->announced, message_copy(&m));
     pthread_mutex_unlock(&c->lock);

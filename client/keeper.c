@@ -1,7 +1,9 @@
 /* keeper: the library's own thread. It receives acks, rejects and status, repeats what is due and sends heartbeats. It
  * holds the client's mutex except while it sleeps, and runs no callback. */
+#include "announce.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <poll.h>
 #include <stdlib.h>
@@ -71,9 +73,10 @@ static void keeper_message(void *context, const wire_message *m)
     if (m->kind == WIRE_REJECT) take_reject(c, m);
     if (m->kind != WIRE_STATUS || !session_hear_status(c, &m->status)) return;
     seek_another(c, &m->status);
+    bool first = !c->status || c->status->status.epoch != m->status.epoch; /* it may be waited for */
     free(c->status);
     c->status = message_copy(m);
-    session_wake_caller(c);
+    if (first) session_wake_caller(c);
 }
 
 static void keeper_refused(void *context, const wire_refusal *why)
@@ -117,7 +120,7 @@ static int64_t seek(collided *c, int64_t now_ns)
 
 /* Sleeps at most a third of the lease, so that a longer absence shows that the process stood still (SIGSTOP, swap):
  * the daemon has lost us meanwhile, and wants to be told everything again. */
-static void sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
+static void keeper_sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
 {
     int64_t longest = c->lease_ns / 3;
     int64_t left = when_ns - now_ns < longest ? when_ns - now_ns : longest;
@@ -144,7 +147,7 @@ void *keeper_run(void *client)
         c->link->ops->flush(c->link);
         pthread_mutex_unlock(&c->lock);
         if (c->link->ops->retire) c->link->ops->retire(c->link);
-        sleep_until(c, now, repeat < word ? repeat : word);
+        keeper_sleep_until(c, now, repeat < word ? repeat : word);
         pthread_mutex_lock(&c->lock);
         if (session_monotonic_ns() - now > c->lease_ns) {
             c->counters.stalls++;

@@ -2,7 +2,9 @@
  * the daemon has not acknowledged is kept, newest wins, and goes out with the acknowledgement. The arrays are handed to
  * the transport as they are: nothing is copied or allocated here in the steady state. */
 #include "allocate.h"
+#include "announce.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <assert.h>
 #include <string.h>

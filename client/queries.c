@@ -3,6 +3,7 @@
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -105,6 +106,8 @@ static collided_status outcome(collided *c, collided_result *out, double timeout
         const wire_answer *a = &c->answer->answer;
         if (a->status == WIRE_ANSWER_UNKNOWN_NAME) return session_fail(c, COLLIDED_UNKNOWN_ID, "%s", a->text);
         if (a->status == WIRE_ANSWER_UNSUPPORTED) return session_fail(c, COLLIDED_UNSUPPORTED, "%s", a->text);
+        if (a->status > WIRE_ANSWER_TRUNCATED) /* of a later daemon */
+            return session_fail(c, COLLIDED_UNSUPPORTED, "unknown status %u: %s", a->status, a->text);
         fill_result(out, a);
         return COLLIDED_OK;
     }
@@ -156,7 +159,7 @@ static collided_status ask_into(collided *c, wire_query query, double timeout_s,
 }
 
 /* Who wants to know only whether it went well hands over NULL. */
-static collided_status ask(collided *c, wire_query query, double timeout_s, collided_result *out)
+static collided_status ask_with_timeout(collided *c, wire_query query, double timeout_s, collided_result *out)
 {
     collided_result unwanted;
     collided_status status = ask_into(c, query, timeout_s, out ? out : &unwanted);
@@ -168,14 +171,14 @@ collided_status collided_query_ray(collided *c, const double origin[3], const do
     double timeout_s, collided_result *out)
 {
     wire_query q = {.kind = WIRE_QUERY_RAY, .origin = {3, origin}, .direction = {3, direction}, .length_m = length_m};
-    return ask(c, q, timeout_s, out);
+    return ask_with_timeout(c, q, timeout_s, out);
 }
 
 collided_status collided_query_distance(
     collided *c, const char *name_a, const char *name_b, double tolerance_m, double timeout_s, collided_result *out)
 {
     wire_query q = {.kind = WIRE_QUERY_DISTANCE, .name_a = name_a, .name_b = name_b, .tolerance_m = tolerance_m};
-    return ask(c, q, timeout_s, out);
+    return ask_with_timeout(c, q, timeout_s, out);
 }
 
 collided_status collided_query_box(
@@ -185,7 +188,7 @@ collided_status collided_query_box(
         .origin = {3, pose->position},
         .orientation = {4, pose->orientation},
         .half = {3, half}};
-    return ask(c, q, timeout_s, out);
+    return ask_with_timeout(c, q, timeout_s, out);
 }
 
 collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
@@ -197,7 +200,7 @@ collided_status collided_query_cast(collided *c, const collided_pose *pose, cons
         .half = {3, half},
         .direction = {3, direction},
         .length_m = length_m};
-    return ask(c, q, timeout_s, out);
+    return ask_with_timeout(c, q, timeout_s, out);
 }
 
 collided_status collided_query_sweep(collided *c, const char *name, const double linear[3], const double angular[3],
@@ -206,7 +209,7 @@ collided_status collided_query_sweep(collided *c, const char *name, const double
     wire_query q = {.kind = WIRE_QUERY_SWEEP, .name_a = name, .tolerance_m = tolerance_m, .span_s = span_s};
     if (linear) q.linear = (wire_f64s){3, linear};
     if (angular) q.angular = (wire_f64s){3, angular};
-    return ask(c, q, timeout_s, out);
+    return ask_with_timeout(c, q, timeout_s, out);
 }
 
 collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
@@ -218,23 +221,24 @@ collided_status collided_query_nearest(collided *c, const char *name, const coll
         q.orientation = (wire_f64s){4, pose->orientation};
         q.half = (wire_f64s){3, half};
     }
-    return ask(c, q, timeout_s, out);
+    return ask_with_timeout(c, q, timeout_s, out);
 }
 
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out)
 {
-    return ask(c, (wire_query){.kind = WIRE_QUERY_EXPLAIN, .name_a = name_a, .name_b = name_b}, timeout_s, out);
+    return ask_with_timeout(
+        c, (wire_query){.kind = WIRE_QUERY_EXPLAIN, .name_a = name_a, .name_b = name_b}, timeout_s, out);
 }
 
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out)
 {
-    return ask(c, (wire_query){.kind = WIRE_QUERY_BODIES, .name_a = pattern}, timeout_s, out);
+    return ask_with_timeout(c, (wire_query){.kind = WIRE_QUERY_BODIES, .name_a = pattern}, timeout_s, out);
 }
 
 collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out)
 {
-    return ask(c, (wire_query){.kind = WIRE_QUERY_RECORD, .name_a = name}, timeout_s, out);
+    return ask_with_timeout(c, (wire_query){.kind = WIRE_QUERY_RECORD, .name_a = name}, timeout_s, out);
 }
 
 void collided_result_free(collided_result *result)

@@ -1,14 +1,14 @@
 /* session: the client's state, and the two threads that share it.
  *
  * The caller's thread runs every function of collided.h and all callbacks; it alone receives event batches and answers,
- * unless it sleeps, and on_arrival lets a thread of the transport's stand in for it (session.c, stand_in).
+ * unless it sleeps, and on_arrival lets a thread of the transport's stand in for it (session_run.c, stand_in).
  * The keeper, a thread of the library, receives acks, rejects and status, repeats what nobody acknowledged, and sends
  * heartbeats, so that a client that only sleeps keeps its lease and outlives a restart of the daemon. What both touch
  * is under `lock`, which no callback ever runs under. */
 #ifndef COLLIDED_CLIENT_SESSION_H
 #define COLLIDED_CLIENT_SESSION_H
 
-#include "announce.h"
+#include "announcement.h"
 #include "collided.h"
 #include "table.h"
 #include "transport.h"
@@ -64,7 +64,10 @@ typedef struct interest_record {
     int32_t behind;                        /* messages that it said to wait */
     bool starved;                          /* and its callback has had the notice */
     int64_t lacks_ns;                      /* waiting or gathering: since then */
-    bool unsure;                           /* a standby has taken over, and has not told where it goes on */
+    bool unsure;                           /* a standby has taken over, and has not told where it goes on ... */
+    int64_t unsure_epoch;                  /* ... from what we were told under this one */
+    int64_t told_more; /* the last batch of that, which the standby did not know: none of its own is believed before a
+                          snapshot; 0: it knew all */
     bool each_tick;
     int64_t step;       /* of the last batch since a step was ended; 0 = none */
     int64_t told_epoch; /* of the last batch that was delivered; 0 = none was */
@@ -79,7 +82,8 @@ typedef struct interest_record {
 } interest_record;
 
 typedef struct session_counters { /* under lock; shown beside the daemon's own in collided_get_status */
-    int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, stalls, send_failures;
+    int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, unknown_events, stalls,
+        send_failures;
     int64_t unheard, renewals, silent_streams; /* see unheard.c; streams: stream.c */
 } session_counters;
 
@@ -169,10 +173,6 @@ struct collided {
     char error[SESSION_ERROR_MAX];
 };
 
-/* Opens a client over the transport and starts the keeper; waits for the daemon as `def` says. NULL with the reason. */
-collided *session_open(
-    const transport_ops *ops, const char *address, const collided_def *def, char *why, size_t why_size);
-
 int64_t session_monotonic_ns(void);
 int64_t session_now_ns(void);            /* the wall clock, for stamps */
 int64_t session_seconds(double seconds); /* to nanoseconds; clamped to what adds up without wrapping */
@@ -183,21 +183,12 @@ collided_status session_fail(collided *c, collided_status status, const char *fo
 collided_status session_from_callback(collided *c); /* COLLIDED_OK unless a callback is running */
 
 /* With the lock held. */
-int session_send(collided *c, const wire_message *m);        /* counts what the transport refuses */
-bool session_hear(collided *c, int64_t epoch);               /* a sign of the daemon; false: of another one than ours */
-bool session_hear_status(collided *c, const wire_status *s); /* likewise; it may say that its epoch ends */
+int session_send(collided *c, const wire_message *m); /* counts what the transport refuses */
 void session_wake_keeper(collided *c);
 void session_wake_caller(collided *c);
 void session_keep_rejection(collided *c, const wire_reject *why);
 
-/* The caller's thread, without the lock: receives and runs callbacks until `done` (called with the lock held) or the
- * deadline. True if done. */
-bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c));
-/* The same thread: waits until there is something to receive or to do, or for the deadline. Whatever has come since it
- * was last looked for keeps the descriptor readable, so that this may come before the looking. */
-void session_sleep(collided *c, int64_t deadline_ns);
-bool session_known(const collided *c); /* with the lock held: the daemon has heard and answered who we are */
-bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_SILENCE_NS */
+bool session_unheard(collided *c); /* no daemon has been heard for SESSION_SILENCE_NS */
 
 void *keeper_run(void *client); /* the keeper's thread */
 

@@ -2,6 +2,7 @@
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <stdlib.h>
 
@@ -30,6 +31,7 @@ static size_t fill_counters(collided *c, const wire_status *s)
         {"client_malformed_messages", own->malformed},
         {"client_rejections_dropped", own->rejections_dropped},
         {"client_batches_lost", own->batches_lost},
+        {"client_unknown_events", own->unknown_events},
         {"client_stalls", own->stalls},
         {"client_send_failures", own->send_failures},
         {"client_unheard", own->unheard},

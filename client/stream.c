@@ -7,8 +7,10 @@
  * the lock.
  */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +32,7 @@ static const char *cause_name(uint8_t cause)
         [WIRE_CAUSE_OWNER_LOST] = "owner_lost",
         [WIRE_CAUSE_FILTER] = "filter",
         [WIRE_CAUSE_SHAPE] = "shape",
-        [WIRE_CAUSE_INTEREST] = "interest",
+        [WIRE_CAUSE_SUBSCRIPTION] = "interest",
         [WIRE_CAUSE_SHUTDOWN] = "shutdown",
         [WIRE_CAUSE_STALE] = "stale",
         [WIRE_CAUSE_SNAPSHOT] = "snapshot",
@@ -54,6 +56,13 @@ static void give_up_parts(interest_record *i)
 static double age_s(int64_t age_ns)
 {
     return age_ns < 0 ? -1.0 : (double)age_ns * 1e-9;
+}
+
+/* Said by a later daemon: the callback gets it as it came. */
+static bool is_unknown(const wire_event_batch *b, uint32_t i)
+{
+    return b->kinds.at[i] > WIRE_EVENT_AVERTED || b->causes.at[i] > WIRE_CAUSE_TELEPORT ||
+           b->achieved.at[i] > WIRE_STOPPED;
 }
 
 static void fill_event(collided_event *e, const wire_event_batch *b, uint32_t i)
@@ -105,10 +114,18 @@ static void fill_impact(collided_impact *x, const wire_event_batch *b, uint32_t 
     fill_pose(&x->pose_b, b->impact_poses.at + 14 * (size_t)i + 7);
 }
 
+static void count_unknown(collided *c, int64_t events)
+{
+    pthread_mutex_lock(&c->lock);
+    c->counters.unknown_events += events;
+    pthread_mutex_unlock(&c->lock);
+}
+
 /* The parts' events, one after the other, into the client's arrays; what they name stays in the parts. */
 static size_t gather(collided *c, const wire_message *const *parts, size_t part_count)
 {
     size_t events = 0, points = 0, impacts = 0;
+    int64_t unknown = 0;
     for (size_t k = 0; k < part_count; k++) {
         events += parts[k]->event_batch.kinds.count;
         points += parts[k]->event_batch.manifold_distances.count;
@@ -125,6 +142,7 @@ static size_t gather(collided *c, const wire_message *const *parts, size_t part_
         uint32_t used = 0, met = 0;
         for (uint32_t i = 0; i < b->kinds.count; i++, e++) {
             fill_event(e, b, i);
+            unknown += is_unknown(b, i);
             e->points = p;
             for (size_t n = 0; n < e->point_count; n++) fill_point(p++, b, used++);
             if (!has_impact(e)) continue;
@@ -132,6 +150,7 @@ static size_t gather(collided *c, const wire_message *const *parts, size_t part_
             fill_impact(x++, b, met++);
         }
     }
+    if (unknown) count_unknown(c, unknown);
     return events;
 }
 
@@ -189,14 +208,16 @@ static bool lacks(const interest_record *i)
 /* False: nothing has come yet that it could name, or we may not write it. */
 static bool send_receipt(collided *c, interest_record *i, bool missing)
 {
-    bool names = i->next_batch > 0 || i->gathering;
+    bool names = i->next_batch > 0 || i->gathering, before = i->unsure || i->told_more;
     if (!names || (c->link->ops->permits && !c->link->ops->permits(c->link, WIRE_RECEIPT))) return false;
     wire_message m = {.kind = WIRE_RECEIPT,
         .receipt = {.version = WIRE_VERSION,
             .client = c->id,
             .interest = i->id,
-            .epoch = i->epoch,
-            .batch = i->snapshot_tick ? i->snapshot_batch : i->next_batch - 1,
+            .epoch = before ? i->unsure_epoch : i->epoch,
+            .batch = i->told_more       ? i->told_more
+                     : i->snapshot_tick ? i->snapshot_batch
+                                        : i->next_batch - 1,
             .tick = i->snapshot_tick,
             .part = i->snapshot_part,
             .missing = missing}};
@@ -358,12 +379,14 @@ static void follow_epoch(interest_record *i, const wire_event_batch *b)
 {
     if (b->epoch == i->epoch) return;
     if (wire_same_line(b->epoch, i->epoch)) { /* a standby has taken over, and goes on with the same numbers */
+        if (!i->unsure && !i->told_more) i->unsure_epoch = i->epoch;
         i->epoch = b->epoch;
         i->unsure = !lacks(i);
         return;
     }
     give_up_parts(i);
     i->unsure = i->asked = false;
+    i->told_more = 0;
     if (!i->waiting) i->lacks_ns = session_monotonic_ns();
     i->waiting = true;
     i->receipts = 0;
@@ -387,6 +410,7 @@ static void begin_gathering(interest_record *i, const wire_event_batch *b)
     give_up_parts(i);
     i->gathering = true;
     i->unsure = false;
+    i->told_more = 0;
     i->snapshot_batch = b->batch;
     i->snapshot_tick = b->tick;
     i->snapshot_part = 0;
@@ -431,7 +455,7 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
     follow_epoch(i, b);
     if (i->unsure && was_told(i, b)) return false;
     if (b->snapshot) return takes_part(c, i, b);
-    if (!i->gathering && i->next_batch && b->batch == i->next_batch) {
+    if (!i->gathering && !i->told_more && i->next_batch && b->batch == i->next_batch) {
         i->next_batch++;
         i->snapshot_tick = i->snapshot_batch = i->snapshot_part = 0;
         return true;
@@ -456,8 +480,9 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
     } else if (b->batch == i->next_batch - 1) {
         i->unsure = false;
         if (!i->waiting) deliver(c, i, &m, 1);
-    } else if (i->unsure) { /* we were told more than the standby knew of when it took over */
+    } else if (i->unsure) { /* we were told more than the standby knew of when it took over: it is told so */
         i->unsure = false;
+        i->told_more = i->next_batch - 1;
         i->next_batch = b->batch + 1;
         i->snapshot_tick = 0;
         note_missing(c, i);

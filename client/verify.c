@@ -74,7 +74,7 @@ static double width(const collided_certificate *claim)
     return claim->lo > -INFINITY ? claim->hi - claim->lo : 0;
 }
 
-static bool all_finite(const double v[3])
+static bool is_finite_point(const double v[3])
 {
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
 }
@@ -83,7 +83,7 @@ static bool all_finite(const double v[3])
  * lo says, which a compound's axis need not prove. */
 static collided_status judge_points(const pair *p, const collided_certificate *claim, vec n)
 {
-    if (!all_finite(claim->point_a) || !all_finite(claim->point_b)) return COLLIDED_REJECTED;
+    if (!is_finite_point(claim->point_a) || !is_finite_point(claim->point_b)) return COLLIDED_REJECTED;
     vec a = vec_of(claim->point_a), b = vec_of(claim->point_b);
     real slack = SLACK * (p->reach + length(p->a.body) + length(p->b.body) + length(a) + length(b));
     real deviation_a, deviation_b;

@@ -152,7 +152,7 @@ INLINE void look_at_balls(
     s->count = count;
 }
 
-INLINE void look(const collided_prepared_hull *h, vec along, real depth, prepared_scan *s)
+INLINE void look_at_hull(const collided_prepared_hull *h, vec along, real depth, prepared_scan *s)
 {
     const lanes d[3] = {lanes_of(along.x), lanes_of(along.y), lanes_of(along.z)};
     real norm = sqrt(along.x * along.x + along.y * along.y + along.z * along.z);
@@ -170,29 +170,29 @@ INLINE void look(const collided_prepared_hull *h, vec along, real depth, prepare
 
 typedef void look_kernel(const collided_prepared_hull *h, vec along, real depth, prepared_scan *s);
 
-static void look_narrow(const collided_prepared_hull *h, vec along, real depth, prepared_scan *s)
+static void look_at_hull_narrow(const collided_prepared_hull *h, vec along, real depth, prepared_scan *s)
 {
-    look(h, along, depth, s);
+    look_at_hull(h, along, depth, s);
 }
 
 #if defined(__x86_64__)
 
-__attribute__((target("avx2"))) static void look_wide(
+__attribute__((target("avx2"))) static void look_at_hull_wide(
     const collided_prepared_hull *h, vec along, real depth, prepared_scan *s)
 {
-    look(h, along, depth, s);
+    look_at_hull(h, along, depth, s);
 }
 
 static look_kernel *kernel(void)
 {
-    return __builtin_cpu_supports("avx2") ? look_wide : look_narrow;
+    return __builtin_cpu_supports("avx2") ? look_at_hull_wide : look_at_hull_narrow;
 }
 
 #else
 
 static look_kernel *kernel(void)
 {
-    return look_narrow;
+    return look_at_hull_narrow;
 }
 
 #endif

@@ -3,8 +3,6 @@
 #ifndef COLLIDED_CLIENT_VERIFY_LANES_H
 #define COLLIDED_CLIENT_VERIFY_LANES_H
 
-#include "verify_scan.h"
-
 enum { LANES = 4 };
 
 typedef double lanes __attribute__((vector_size(32)));
@@ -13,7 +11,7 @@ typedef long long lane_mask __attribute__((vector_size(32)));
 
 #define INLINE __attribute__((always_inline)) static inline
 
-INLINE lanes lanes_of(real x)
+INLINE lanes lanes_of(double x)
 {
     return (lanes){x, x, x, x};
 }
@@ -29,9 +27,9 @@ INLINE lanes greater(lanes a, lanes b)
     return (lanes)((m & (lane_mask)a) | (~m & (lane_mask)b));
 }
 
-INLINE real greatest_of(lanes m)
+INLINE double greatest_of(lanes m)
 {
-    real low = m[0] > m[1] ? m[0] : m[1], high = m[2] > m[3] ? m[2] : m[3];
+    double low = m[0] > m[1] ? m[0] : m[1], high = m[2] > m[3] ? m[2] : m[3];
     return low > high ? low : high;
 }
 

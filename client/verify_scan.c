@@ -1,6 +1,8 @@
 /* verify_scan: four or eight points at a time: twelve or 24 numbers in three registers, sorted by coordinate without
  * changing their place more than once. Which point is in which lane does not matter for a greatest value. Pure; any
  * thread. */
+#include "verify_scan.h"
+
 #include "verify_lanes.h"
 
 #include <float.h>
@@ -63,7 +65,7 @@ INLINE void look_at_rest(const double *points, size_t count, vec d, real reach2,
     out->reach2 = reach2;
 }
 
-INLINE void look(const double *points, size_t count, vec d, points_scan *out)
+INLINE void look_at_points(const double *points, size_t count, vec d, points_scan *out)
 {
     lanes dx = lanes_of(d.x), dy = lanes_of(d.y), dz = lanes_of(d.z);
     progress s = {.reach2 = lanes_of(0), .good = ~(lane_mask){0, 0, 0, 0}};
@@ -82,18 +84,19 @@ INLINE void look(const double *points, size_t count, vec d, points_scan *out)
 
 typedef void points_kernel(const double *points, size_t count, vec d, points_scan *out);
 
-static void look_narrow(const double *points, size_t count, vec d, points_scan *out)
+static void look_at_points_narrow(const double *points, size_t count, vec d, points_scan *out)
 {
-    look(points, count, d, out);
+    look_at_points(points, count, d, out);
 }
 
 #if defined(__x86_64__)
 
 #include <immintrin.h>
 
-__attribute__((target("avx2"))) static void look_wide(const double *points, size_t count, vec d, points_scan *out)
+__attribute__((target("avx2"))) static void look_at_points_wide(
+    const double *points, size_t count, vec d, points_scan *out)
 {
-    look(points, count, d, out);
+    look_at_points(points, count, d, out);
 }
 
 enum { EIGHT = 8 };
@@ -101,7 +104,7 @@ enum { EIGHT = 8 };
 /* Every third number: those of u in the lanes of `of_u`, of v in those of `of_v`, and else of w. */
 #define THIRDS(of_u, of_v) _mm512_mask_blend_pd(of_u, _mm512_mask_blend_pd(of_v, w, v), u)
 
-__attribute__((target("avx512f"))) static inline __m512d turned(__m512d a, int by)
+__attribute__((target("avx512f"))) static inline __m512d turned_lanes(__m512d a, int by)
 {
     __m512i i = _mm512_castpd_si512(a);
     return _mm512_castsi512_pd(by == 1 ? _mm512_alignr_epi64(i, i, 1) : _mm512_alignr_epi64(i, i, 2));
@@ -112,7 +115,7 @@ __attribute__((target("avx512f"))) static inline __m512d look_at_eight(
     const double *p, const __m512d d[3], __m512d top, __m512i *reach2)
 {
     __m512d u = _mm512_loadu_pd(p), v = _mm512_loadu_pd(p + EIGHT), w = _mm512_loadu_pd(p + 2 * EIGHT);
-    __m512d x = THIRDS(0x49, 0x92), y = turned(THIRDS(0x92, 0x24), 1), z = turned(THIRDS(0x24, 0x49), 2);
+    __m512d x = THIRDS(0x49, 0x92), y = turned_lanes(THIRDS(0x92, 0x24), 1), z = turned_lanes(THIRDS(0x24, 0x49), 2);
     __m512d norm2 = _mm512_add_pd(_mm512_add_pd(_mm512_mul_pd(x, x), _mm512_mul_pd(y, y)), _mm512_mul_pd(z, z));
     __m512d height =
         _mm512_add_pd(_mm512_add_pd(_mm512_mul_pd(x, d[0]), _mm512_mul_pd(y, d[1])), _mm512_mul_pd(z, d[2]));
@@ -120,7 +123,7 @@ __attribute__((target("avx512f"))) static inline __m512d look_at_eight(
     return _mm512_max_pd(height, top);
 }
 
-__attribute__((target("avx512f"))) static void look_widest(
+__attribute__((target("avx512f"))) static void look_at_points_widest(
     const double *points, size_t count, vec along, points_scan *out)
 {
     const __m512d d[3] = {_mm512_set1_pd(along.x), _mm512_set1_pd(along.y), _mm512_set1_pd(along.z)};
@@ -148,7 +151,9 @@ bool points_look_has(points_width width)
 
 static points_kernel *kernel_of(points_width width)
 {
-    return width == POINTS_AVX512 ? look_widest : width == POINTS_AVX2 ? look_wide : look_narrow;
+    return width == POINTS_AVX512 ? look_at_points_widest
+           : width == POINTS_AVX2 ? look_at_points_wide
+                                  : look_at_points_narrow;
 }
 
 #else
@@ -161,17 +166,10 @@ bool points_look_has(points_width width)
 static points_kernel *kernel_of(points_width width)
 {
     (void)width;
-    return look_narrow;
+    return look_at_points_narrow;
 }
 
 #endif
-
-static bool all_finite(const double *x, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(x[i])) return false;
-    return true;
-}
 
 void points_look_by(points_width width, const double *points, size_t count, vec along, points_scan *out)
 {

@@ -3,6 +3,7 @@
 #ifndef COLLIDED_CLIENT_VERIFY_SCAN_H
 #define COLLIDED_CLIENT_VERIFY_SCAN_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -33,5 +34,12 @@ void points_look_by(points_width width, const double *points, size_t count, vec 
 
 /* The points of which along . p is not less than top - depth, but no more than `most`. How many. */
 int points_on_top(const double *points, size_t count, const points_scan *s, real depth, vec *out, int most);
+
+static inline bool all_finite(const double *x, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(x[i])) return false;
+    return true;
+}
 
 #endif

@@ -15,13 +15,6 @@ static real outside(real x, real half)
 
 /* ---- placing ---- */
 
-static bool all_finite(const double *x, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(x[i])) return false;
-    return true;
-}
-
 typedef struct quat {
     real w, x, y, z;
 } quat;

@@ -131,7 +131,7 @@ bool options_pose(const char *text, collided_pose *out)
     return fabs(norm - 1) < 1e-3;
 }
 
-static int take_number(ctl_options *to, const option *o, const char *text)
+static int take_number_option(ctl_options *to, const option *o, const char *text)
 {
     double value;
     bool ok = text_number(text, &value) && value >= o->least && value <= o->most;
@@ -190,7 +190,7 @@ static int take_value(ctl *c, const option *o, const char *text)
         return 0;
     case NUMBER:
     case COUNT:
-        return take_number(to, o, text);
+        return take_number_option(to, o, text);
     case LINEAR:
         return take_velocity(o, text, to->linear, &to->has_linear);
     case ANGULAR:

@@ -67,5 +67,5 @@ const char *show_achieved(collided_achieved achieved)
         [COLLIDED_WITHIN] = "within_tolerance",
         [COLLIDED_WIDE] = "wide",
         [COLLIDED_STOPPED] = "stopped_by_budget"};
-    return (unsigned)achieved <= COLLIDED_STOPPED ? names[achieved] : "?";
+    return (unsigned)achieved <= COLLIDED_STOPPED ? names[achieved] : "unknown";
 }

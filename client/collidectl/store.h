@@ -1,8 +1,6 @@
 /* store: what earlier runs of collidectl created under one --as: body numbers by name, and where robots came from, so
- * that a later run can go on with them.
- *
- * One text file, $XDG_STATE_HOME/collidectl/AS (else ~/.local/state/...), replaced as a whole by store_save; one run at
- * a time holds it. It is a memory, not the truth: whether a body still exists is known to the daemon alone. */
+ * that a later run can go on with them. It is a memory, not the truth: whether a body still exists is known to the
+ * daemon alone. */
 #ifndef COLLIDED_COLLIDECTL_STORE_H
 #define COLLIDED_COLLIDECTL_STORE_H
 
@@ -38,10 +36,8 @@ typedef struct store {
     size_t robot_count, robot_room;
 } store;
 
-/* Reads the file, if there is one, and locks it. 0, or an exit status after saying why not. */
-int store_open(store *s, ctl *c);
-int store_save(store *s);
-void store_close(store *s);
+/* Room for one more than `count` items: the same, or a larger copy. */
+void *store_grow(pool *p, void *items, size_t count, size_t *room, size_t size);
 
 int32_t store_find(const store *s, const char *name);                  /* -1 = none */
 int32_t store_id_for(const store *s, const char *name, int32_t *next); /* known, or *next, which then grows */

@@ -110,16 +110,7 @@ static bool read_id(const char *text, int32_t *out)
     return true;
 }
 
-void *store_grow(pool *p, void *items, size_t count, size_t *room, size_t size)
-{
-    if (count < *room) return items;
-    *room = *room ? 2 * *room : 16;
-    void *more = pool_alloc(p, *room, size);
-    if (count) memcpy(more, items, count * size);
-    return more;
-}
-
-static bool read_robot(store *s, char **f)
+static bool read_robot_line(store *s, char **f)
 {
     store_robot r = {.name = pool_copy(s->pool, f[1]),
         .urdf = pool_copy(s->pool, f[2]),
@@ -165,7 +156,7 @@ bool store_read_line(store *s, char *line)
     if (count == 2 && strcmp(f[0], "next") == 0) return read_id(f[1], &s->next_id);
     if (count == 3 && strcmp(f[0], "package") == 0) return read_package(s, f);
     if (count == 3 && strcmp(f[0], "value") == 0) return read_value(s, f);
-    if (count == 12 && strcmp(f[0], "robot") == 0) return read_robot(s, f);
+    if (count == 12 && strcmp(f[0], "robot") == 0) return read_robot_line(s, f);
     if (count != 3 || strcmp(f[0], "body") != 0 || !read_id(f[1], &id)) return false;
     store_put(s, f[2], id);
     return true;

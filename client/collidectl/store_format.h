@@ -10,6 +10,4 @@ void store_write(const store *s, FILE *out);
 /* One line without its newline, which is changed. False: it is damaged. */
 bool store_read_line(store *s, char *line);
 
-void *store_grow(pool *p, void *items, size_t count, size_t *room, size_t size);
-
 #endif

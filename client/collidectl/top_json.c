@@ -2,7 +2,7 @@
 #include "top_json.h"
 #include "json.h"
 
-static void put_times(json *j, const top_sample *s, const char *key, const char *const names[4])
+static void put_times_json(json *j, const top_sample *s, const char *key, const char *const names[4])
 {
     static const char *const keys[4] = {"p50_ns", "p90_ns", "p99_ns", "most_ns"};
     json_open(j, key, '{');
@@ -10,7 +10,7 @@ static void put_times(json *j, const top_sample *s, const char *key, const char 
     json_close(j, '}');
 }
 
-static void put_clients(json *j, const top_sample *s)
+static void put_clients_json(json *j, const top_sample *s)
 {
     top_client clients[TOP_ROWS_MAX];
     size_t count = top_clients(s, clients);
@@ -29,7 +29,7 @@ static void put_clients(json *j, const top_sample *s)
     json_close(j, ']');
 }
 
-static void put_streams(json *j, const top_sample *s)
+static void put_streams_json(json *j, const top_sample *s)
 {
     top_stream streams[TOP_ROWS_MAX];
     size_t count = top_streams(s, streams);
@@ -55,8 +55,8 @@ static void put_figures(json *j, const top_sample *s)
     json_number(j, "poses_per_s", top_rate(s, "moves"));
     json_number(j, "events_per_s", top_rate(s, "events_out"));
     json_number(j, "batches_per_s", top_rate(s, "batches_out"));
-    put_times(j, s, "latency", latency);
-    put_times(j, s, "tick_time", tick);
+    put_times_json(j, s, "latency", latency);
+    put_times_json(j, s, "tick_time", tick);
     for (size_t i = 0; i < sizeof figures / sizeof *figures; i++)
         json_integer(j, figures[i], top_figure(s, figures[i]));
     json_number(j, "undone_ticks_per_s", top_rate(s, "undone_ticks"));
@@ -84,8 +84,8 @@ void top_json(const top_sample *s, double unheard_s)
     at = 0;
     for (top_drop d; top_next_drop(s, &at, &d);) json_integer(&j, d.cause, d.total);
     json_close(&j, '}');
-    put_clients(&j, s);
-    put_streams(&j, s);
+    put_clients_json(&j, s);
+    put_streams_json(&j, s);
     json_close(&j, '}');
     json_end_line(&j);
 }

@@ -192,7 +192,7 @@ static void put_rates(page *p)
         count(top_rate(s, "events_out"), events), count(top_rate(s, "batches_out"), batches));
 }
 
-static void put_times(page *p, const char *title, const char *const names[4])
+static void put_times_line(page *p, const char *title, const char *const names[4])
 {
     char t[4][16];
     for (int i = 0; i < 4; i++) span(top_figure(p->view->sample, names[i]), t[i]);
@@ -294,7 +294,7 @@ static void put_left_out(page *p, size_t shown, size_t there, size_t in_all)
     if (shown < there || there < in_all) line(p, PLAIN, "  and %zu more", (in_all > there ? in_all : there) - shown);
 }
 
-static void put_clients(page *p, const top_client *clients, size_t there, size_t shown, size_t in_all)
+static void put_clients_table(page *p, const top_client *clients, size_t there, size_t shown, size_t in_all)
 {
     char name[512], poses[16], age[16], silent[16], work[16];
     size_t widest = 6;
@@ -311,7 +311,7 @@ static void put_clients(page *p, const top_client *clients, size_t there, size_t
     put_left_out(p, shown, there, in_all);
 }
 
-static void put_streams(page *p, const top_stream *streams, size_t there, size_t shown, size_t in_all)
+static void put_streams_table(page *p, const top_stream *streams, size_t there, size_t shown, size_t in_all)
 {
     char name[512], events[16], work[16];
     size_t widest = 6;
@@ -342,8 +342,8 @@ static void put_tables(page *p)
             first = first < room - second ? first : room - second;
         }
     }
-    put_clients(p, clients, client_count, first, all_clients);
-    put_streams(p, streams, stream_count, second, all_streams);
+    put_clients_table(p, clients, client_count, first, all_clients);
+    put_streams_table(p, streams, stream_count, second, all_streams);
 }
 
 char *top_page(const top_view *v)
@@ -357,8 +357,8 @@ char *top_page(const top_view *v)
     put_health(&p);
     if (v->sample->now.epoch) {
         put_rates(&p);
-        put_times(&p, "latency", latency);
-        put_times(&p, "tick", tick);
+        put_times_line(&p, "latency", latency);
+        put_times_line(&p, "tick", tick);
         put_world(&p);
         put_budget(&p);
         put_pairs(&p);

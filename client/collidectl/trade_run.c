@@ -73,7 +73,7 @@ static int end_of_daemon(pid_t child)
 
 /* ---- its lines ---- */
 
-static void show_progress(const reading *r, double share)
+static void show_share(const reading *r, double share)
 {
     if (r->tty) fprintf(stderr, "\rtrade: %3.0f %% of %.0f ticks", 100 * share, r->to->ticks);
 }
@@ -84,7 +84,7 @@ static void clear_progress(const reading *r)
 }
 
 /* A bound that was not found makes an error without end. */
-static bool take_number(const char *text, double *to)
+static bool take_number_field(const char *text, double *to)
 {
     if (strcmp(text, "inf") == 0) *to = INFINITY;
     return strcmp(text, "inf") == 0 || text_number(text, to);
@@ -96,7 +96,7 @@ static bool take_row(reading *r, char **field, int count)
     trade *t = r->to;
     if (count != ROW_FIELDS || t->row_count == ROWS_MAX) return false;
     for (int i = 3; i < ROW_FIELDS; i++)
-        if (!take_number(field[i], &n[i])) return false;
+        if (!take_number_field(field[i], &n[i])) return false;
     if (t->row_count == r->room) {
         trade_row *more = pool_alloc(&r->c->pool, 2 * r->room + 64, sizeof *more);
         if (t->row_count) memcpy(more, t->rows, t->row_count * sizeof *more);
@@ -147,7 +147,7 @@ static bool take_line(reading *r, char *line)
     if (!strcmp(field[0], "row")) return take_row(r, field, count);
     if (!strcmp(field[0], "end")) return r->ended = true;
     bool told = !strcmp(field[0], "progress") && take_numbers(field, count, (double *[]){&share}, 1);
-    if (told) show_progress(r, share);
+    if (told) show_share(r, share);
     return told;
 }
 

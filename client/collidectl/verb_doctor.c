@@ -17,7 +17,7 @@ static void print_line(void *context, const char *check, const doctor_finding *f
     fflush(stdout);
 }
 
-static void print_json(void *context, const char *check, const doctor_finding *f)
+static void print_finding_json(void *context, const char *check, const doctor_finding *f)
 {
     json j = {.out = stdout};
     (void)context;
@@ -56,7 +56,7 @@ int verb_doctor(ctl *c)
         .release = collided_version(),
         .daemon = ctl_find_daemon(c),
         .timeout_s = o->timeout_s,
-        .found = o->json ? print_json : print_line,
+        .found = o->json ? print_finding_json : print_line,
         .progress = print_progress};
     int problems = doctor_run(&options);
     if (problems < 0)

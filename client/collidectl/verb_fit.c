@@ -17,7 +17,7 @@ typedef struct progress {
     bool any;
 } progress;
 
-static void show_progress(void *context, size_t done, size_t of, const char *what)
+static void show_fit_progress(void *context, size_t done, size_t of, const char *what)
 {
     progress *p = context;
     double now = ctl_now_s();
@@ -157,7 +157,7 @@ static void pair_line(json *j, const fit_robot *f, const fit_pair *p)
     json_end_line(j);
 }
 
-static void print_json(const fit_robot *f)
+static void print_fit_json(const fit_robot *f)
 {
     json j = {.out = stdout};
     for (size_t i = 0; i < f->link_count; i++) link_line(&j, &f->links[i]);
@@ -196,13 +196,13 @@ int verb_fit(ctl *c)
     if (access(source.urdf, R_OK) != 0) return ctl_fail(EX_NOINPUT, "fit: %s: %s", source.urdf, strerror(errno));
     robot r;
     fit_robot f;
-    fit_options options = {.excess_m = o->excess_m, .progress = show_progress, .context = &told};
+    fit_options options = {.excess_m = o->excess_m, .progress = show_fit_progress, .context = &told};
     if (!robot_load(&r, &c->pool, &source, &c->report)) return ctl_fail_loading(c);
     bool good = fit_robot_make(&c->pool, &r, &options, &f, &c->report);
     end_progress(&told);
     if (!good) return ctl_fail_loading(c);
     if (o->json) {
-        print_json(&f);
+        print_fit_json(&f);
     } else {
         print_links(&f);
         print_pairs(&f);

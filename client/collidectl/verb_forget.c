@@ -14,7 +14,7 @@ static bool is_number(const char *text)
 }
 
 /* The daemon's word for it: a client that lives must not be driven out. */
-static int check_lost(ctl *c, const char *number)
+static int check_client_is_lost(ctl *c, const char *number)
 {
     char counter[32];
     collided_daemon_status s;
@@ -33,7 +33,7 @@ int verb_forget(ctl *c)
     if (!is_number(number))
         return ctl_fail(EX_USAGE, "forget: '%s': must be a client's number, 16 hex digits, as doctor tells it", number);
     int status = ctl_connect_guest(c);
-    if (!status) status = check_lost(c, number);
+    if (!status) status = check_client_is_lost(c, number);
     ctl_disconnect(c);
     if (!status) status = ctl_connect_as(c, (int64_t)strtoull(number, NULL, 16), COLLIDED_REMOVE);
     return status; /* leaving removes them */

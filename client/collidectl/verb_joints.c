@@ -2,6 +2,7 @@
 #include "loaders/robot.h"
 #include "loaders/text.h"
 #include "store.h"
+#include "store_file.h"
 #include "verbs.h"
 
 #include <string.h>
@@ -27,7 +28,7 @@ static bool change(ctl *c, const robot *r, double *values)
     return true;
 }
 
-static int publish(ctl *c, const store *s, const robot *r, const store_robot *of, const double *values)
+static int publish_links(ctl *c, const store *s, const robot *r, const store_robot *of, const double *values)
 {
     size_t count = robot_body_count(r), n = 0;
     collided_body *bodies = pool_alloc(&c->pool, count, sizeof *bodies);
@@ -51,7 +52,7 @@ static int publish(ctl *c, const store *s, const robot *r, const store_robot *of
 
 /* Poses are not acknowledged: an answer to a question behind them tells that they have arrived, and any refusal came
  * before it. */
-static int confirm(ctl *c, const robot *r)
+static int confirm_robot(ctl *c, const robot *r)
 {
     int link = 0;
     while (link + 1 < r->model.link_count && r->model.links[link].shape_count == 0) link++;
@@ -81,8 +82,8 @@ static int set_joints(ctl *c, store *s)
     double *values;
     if (!recall(c, of, &source, &r, &values) || !change(c, &r, values)) return ctl_fail_loading(c);
     int status = ctl_connect_owner(c);
-    if (!status) status = publish(c, s, &r, of, values);
-    if (!status) status = confirm(c, &r);
+    if (!status) status = publish_links(c, s, &r, of, values);
+    if (!status) status = confirm_robot(c, &r);
     if (status) return status;
     store_set_values(s, of, &r, values);
     return store_save(s);

@@ -5,6 +5,7 @@
 #include "loaders/scene.h"
 #include "loaders/text.h"
 #include "store.h"
+#include "store_file.h"
 #include "verbs.h"
 
 #include <errno.h>
@@ -45,7 +46,7 @@ static void give_motion(load_bodies *links, const scene_robot *from)
     }
 }
 
-static bool read_robot(loading *l, const scene_robot *from)
+static bool load_robot(loading *l, const scene_robot *from)
 {
     ctl *c = l->c;
     loaded_robot *to = &l->robots[l->robot_count++];
@@ -82,7 +83,7 @@ static bool read_urdf(loading *l, const char *path)
         .state = o->state,
         .pose = o->pose,
         .motion = o->fixed ? COLLIDED_FIXED : COLLIDED_MOVING};
-    return read_robot(l, &r);
+    return load_robot(l, &r);
 }
 
 static bool read_scene(loading *l, const char *path)
@@ -98,7 +99,7 @@ static bool read_scene(loading *l, const char *path)
     for (size_t i = 0; i < s.bodies.count; i++)
         if (!load_body_meshes(&c->pool, &s.bodies.at[i], &c->report)) return false;
     for (size_t i = 0; i < s.robot_count; i++)
-        if (!read_robot(l, &s.robots[i])) return false;
+        if (!load_robot(l, &s.robots[i])) return false;
     return true;
 }
 
@@ -122,7 +123,7 @@ static int read_any(loading *l, const char *path)
 /* ---- telling the daemon ---- */
 
 /* With --stay the bodies are this process's own, under numbers that nobody needs to know later. */
-static int announce(loading *l)
+static int announce_bodies(loading *l)
 {
     int32_t next = l->store.next_id;
     for (size_t k = 0; k < l->set_count; k++)
@@ -168,7 +169,7 @@ static int create_and_stay(loading *l)
 {
     ctl_catch_signals();
     int status = ctl_connect_guest(l->c);
-    if (!status) status = announce(l);
+    if (!status) status = announce_bodies(l);
     if (status) return status;
     print_created(l);
     return ctl_poll(l->c, 0);
@@ -179,7 +180,7 @@ static int create_and_leave(loading *l)
     int status = store_open(&l->store, l->c);
     if (status) return status;
     status = ctl_connect_owner(l->c);
-    if (!status) status = announce(l);
+    if (!status) status = announce_bodies(l);
     if (!status) status = remember(l);
     if (!status) print_created(l);
     ctl_disconnect(l->c); /* before another run may take over */

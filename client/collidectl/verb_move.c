@@ -2,6 +2,7 @@
 #include "loaders/text.h"
 #include "options.h"
 #include "store.h"
+#include "store_file.h"
 #include "verbs.h"
 
 #include <stdio.h>
@@ -9,7 +10,7 @@
 #include <sysexits.h>
 
 /* A pose is not acknowledged: ask for the body behind it, and any refusal has come before the answer. */
-static int confirm(ctl *c, const char *name)
+static int confirm_body(ctl *c, const char *name)
 {
     collided_result result = {0};
     int status = ctl_check(c, collided_query_bodies(c->client, name, c->options.timeout_s, &result), "move");
@@ -21,7 +22,7 @@ static int confirm(ctl *c, const char *name)
     return status;
 }
 
-static collided_status publish(const ctl *c, collided_body body, const collided_pose *pose)
+static collided_status publish_pose(const ctl *c, collided_body body, const collided_pose *pose)
 {
     const ctl_options *o = &c->options;
     const double *linear = o->has_linear ? o->linear : NULL, *angular = o->has_angular ? o->angular : NULL;
@@ -39,9 +40,9 @@ static int move(ctl *c, const store *s, collided_pose pose)
     int status = ctl_connect_owner(c);
     if (status) return status;
     collided_body body = collided_adopt_body(c->client, id);
-    status = ctl_check(c, publish(c, body, &pose), "move");
+    status = ctl_check(c, publish_pose(c, body, &pose), "move");
     collided_flush(c->client);
-    return status ? status : confirm(c, name);
+    return status ? status : confirm_body(c, name);
 }
 
 int verb_move(ctl *c)

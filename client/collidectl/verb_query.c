@@ -183,7 +183,7 @@ static void json_hit(json *j, const collided_hit *h)
     json_close(j, '}');
 }
 
-static void print_json(const query_kind *kind, const collided_result *r)
+static void print_query_json(const query_kind *kind, const collided_result *r)
 {
     json j = {.out = stdout};
     json_open(&j, NULL, '{');
@@ -239,7 +239,7 @@ int verb_query(ctl *c)
     collided_result result = {0};
     int status = kind->ask(c, c->arguments + 1, &result);
     if (!status && c->options.json)
-        print_json(kind, &result);
+        print_query_json(kind, &result);
     else if (!status)
         print_text(kind, &result);
     collided_result_free(&result);

@@ -9,7 +9,7 @@
 #include <sysexits.h>
 #include <time.h>
 
-static void print_json(const collided_daemon_status *s)
+static void print_status_json(const collided_daemon_status *s)
 {
     json j = {.out = stdout};
     json_open(&j, NULL, '{');
@@ -97,7 +97,7 @@ int verb_status(ctl *c)
     if (!status) status = ask(c, &s);
     if (status) return status;
     if (c->options.json)
-        print_json(&s);
+        print_status_json(&s);
     else
         print_table(&s);
     return is_ready(&s)

@@ -23,9 +23,13 @@ static const char *const kinds[] = {
     [COLLIDED_EVENT_AVERTED] = "averted",
 };
 
+/* Valid until the next call. */
 static const char *kind_name(collided_event_kind kind)
 {
-    return kind >= COLLIDED_BEGIN && kind <= COLLIDED_EVENT_AVERTED ? kinds[kind] : "?";
+    static char unknown[32]; /* of a later daemon */
+    if (kind >= COLLIDED_BEGIN && kind <= COLLIDED_EVENT_AVERTED) return kinds[kind];
+    snprintf(unknown, sizeof unknown, "unknown kind %d", (int)kind);
+    return unknown;
 }
 
 /* ---- JSON ---- */

@@ -74,6 +74,7 @@ static void on_contacts(void *context, const collided_batch *batch)
             print_unknown(w, e);
             continue;
         }
+        if (e->kind > COLLIDED_EVENT_AVERTED) continue; /* of a later daemon */
         w->oldest_s = fmax(w->oldest_s, age_of(e));
         w->begins += begins;
         w->ends += e->kind == COLLIDED_END;

@@ -1,7 +1,7 @@
 /* body_announce: hands a loaded body to the client library. The only file of the loaders that calls it. */
 #include "body.h"
 
-static void fill(const load_body *body, collided_body_def *def)
+static void fill_body_def(const load_body *body, collided_body_def *def)
 {
     def->name = body->name;
     def->group = body->group;
@@ -55,7 +55,7 @@ collided_body load_body_announce(collided *c, const load_body *body, int32_t id)
     for (size_t i = 0; i < body->shape_count; used += body->shapes[i++].child_count)
         if (!create_shape(c, &body->shapes[i], &shapes[i], children + used)) return (collided_body){COLLIDED_NONE};
     collided_body_def def = collided_body_def_default();
-    fill(body, &def);
+    fill_body_def(body, &def);
     def.id = id;
     def.shapes = shapes;
     return collided_create_body(c, &def);

@@ -28,7 +28,7 @@ static bool is_passed_over(const char *line)
 }
 
 /* Two bytes at least stand for a number. */
-static double *room_for(pool *p, size_t size)
+static double *room_for_heights(pool *p, size_t size)
 {
     size_t most = size / 2 + 1;
     return pool_alloc(p, most < HEIGHTS_MAX ? most : HEIGHTS_MAX, sizeof(double));
@@ -37,7 +37,7 @@ static double *room_for(pool *p, size_t size)
 static bool parse_text(pool *p, char *data, size_t size, const char *path, heights_grid *out, load_report *r)
 {
     if (memchr(data, '\0', size)) return load_fail(r, "%s: is neither a PNG nor text", path);
-    double *at = room_for(p, size);
+    double *at = room_for_heights(p, size);
     int number = 1;
     *out = (heights_grid){.at = at};
     for (char *line = data, *next; line; line = next, number++) {

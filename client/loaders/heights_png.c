@@ -58,7 +58,7 @@ static void read_head(decoder *d)
 }
 
 /* All that libpng may leave by longjmp. */
-static bool decode(pool *p, decoder *d)
+static bool decode_png(pool *p, decoder *d)
 {
     if (setjmp(png_jmpbuf(d->png))) return false;
     read_head(d);
@@ -79,7 +79,7 @@ static double sample(const decoder *d, size_t line, size_t column)
     return (at[2 * column] * 256 + at[2 * column + 1]) / 65535.0;
 }
 
-static void fill(pool *p, const decoder *d, heights_grid *out)
+static void fill_grid(pool *p, const decoder *d, heights_grid *out)
 {
     double *to = pool_alloc(p, d->rows * d->columns, sizeof *to);
     *out = (heights_grid){to, d->rows, d->columns};
@@ -99,8 +99,8 @@ bool heights_parse_png(pool *p, const char *data, size_t size, const char *path,
     pool lines = {0};
     d.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &d, fail, pass_over);
     d.info = d.png ? png_create_info_struct(d.png) : NULL;
-    bool ok = d.info && decode(&lines, &d);
-    if (ok) fill(p, &d, out);
+    bool ok = d.info && decode_png(&lines, &d);
+    if (ok) fill_grid(p, &d, out);
     if (d.png) png_destroy_read_struct(&d.png, d.info ? &d.info : NULL, NULL);
     pool_free(&lines);
     return ok || load_fail(r, "%s: cannot be read as a PNG: %s", path, d.fault);

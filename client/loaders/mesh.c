@@ -91,7 +91,7 @@ static bool walk(gathering *g, const struct aiNode *node, const struct aiMatrix4
     return true;
 }
 
-static int by_coordinates(const void *left, const void *right)
+static int compare_mesh_points(const void *left, const void *right)
 {
     const double *a = left, *b = right;
     for (int i = 0; i < 3; i++)
@@ -101,10 +101,10 @@ static int by_coordinates(const void *left, const void *right)
 
 static size_t sort_and_unite(double *points, size_t count)
 {
-    qsort(points, count, 3 * sizeof *points, by_coordinates);
+    qsort(points, count, 3 * sizeof *points, compare_mesh_points);
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        if (kept && by_coordinates(points + 3 * (kept - 1), points + 3 * i) == 0) continue;
+        if (kept && compare_mesh_points(points + 3 * (kept - 1), points + 3 * i) == 0) continue;
         memmove(points + 3 * kept++, points + 3 * i, 3 * sizeof *points);
     }
     return kept;
@@ -130,7 +130,7 @@ static bool thin_out(gathering *g, mesh_points *out)
         out->count, MESH_POINTS_MAX);
 }
 
-static bool decode(pool *p, const char *path, const char *data, size_t size, gathering *g)
+static bool decode_mesh(pool *p, const char *path, const char *data, size_t size, gathering *g)
 {
     if (size == 0) return load_fail(g->report, "%s: cannot be read as a mesh: the file is empty", path);
     unsigned steps = g->wants_triangles ? aiProcess_Triangulate : 0;
@@ -146,7 +146,7 @@ static bool load(pool *p, gathering *g)
     pool file = {0};
     size_t size;
     const char *data = text_read_file(&file, g->path, MESH_FILE_MAX, &size, g->report);
-    bool ok = data && decode(p, g->path, data, size, g);
+    bool ok = data && decode_mesh(p, g->path, data, size, g);
     pool_free(&file);
     return ok;
 }

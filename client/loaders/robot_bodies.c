@@ -83,7 +83,7 @@ static const robot_link_shapes *shapes_instead(const robot *b, const urdf_link *
     return NULL;
 }
 
-static bool take_shapes(const robot *b, const urdf_link *link, load_body *out, pool *p, load_report *r)
+static bool take_link_shapes(const robot *b, const urdf_link *link, load_body *out, pool *p, load_report *r)
 {
     const robot_link_shapes *instead = shapes_instead(b, link);
     const load_shape *from = instead ? instead->shapes : link->shapes;
@@ -127,7 +127,7 @@ static bool make_body(const robot *b, int index, const int *above, load_body *ou
     out->rules = pool_alloc(p, most < LOAD_RULES_MAX ? most : LOAD_RULES_MAX, sizeof *out->rules);
     bool ruled = rules_of_apart(b, index, out, p, r) &&
                  (b->source.srdf ? rules_of_srdf(b, index, out, p, r) : rules_of_joints(b, index, above, out, p, r));
-    return ruled && take_shapes(b, link, out, p, r);
+    return ruled && take_link_shapes(b, link, out, p, r);
 }
 
 bool robot_bodies(const robot *b, collided_pose base, const double *values, collided_motion motion, pool *p,

@@ -265,7 +265,7 @@ static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
 }
 
 /* in->where says whose. */
-static bool take_shapes(reader *in, const yaml_shape *from, unsigned shapes, load_shape **out, size_t *out_count)
+static bool take_yaml_shapes(reader *in, const yaml_shape *from, unsigned shapes, load_shape **out, size_t *out_count)
 {
     char of[sizeof in->where];
     size_t count = 0;
@@ -299,7 +299,7 @@ static bool take_body(reader *in, const yaml_body *from, load_body *out)
         !take_rules(in, from, out))
         return false;
     if (from->group && !take_name(in, "group", from->group, &out->group)) return false;
-    return take_shapes(in, from->shapes, from->shapes_count, &out->shapes, &out->shape_count);
+    return take_yaml_shapes(in, from->shapes, from->shapes_count, &out->shapes, &out->shape_count);
 }
 
 /* ---- robots ---- */
@@ -336,7 +336,7 @@ static bool take_links(reader *in, const yaml_robot *from, robot_source *out)
         robot_link_shapes *to = &links[out->link_count++];
         to->link = pool_copy(in->pool, l->name);
         snprintf(in->where, sizeof in->where, "%s: link '%.127s'", in->file, l->name);
-        if (!take_shapes(in, l->shapes, l->shapes_count, &to->shapes, &to->shape_count)) return false;
+        if (!take_yaml_shapes(in, l->shapes, l->shapes_count, &to->shapes, &to->shape_count)) return false;
     }
     return true;
 }

@@ -84,7 +84,7 @@ static bool read_each(const xml_file *f, const char *element, read_entry *read, 
     return true;
 }
 
-static bool room_for(const xml_file *f, const char *element, size_t size, void *out)
+static bool room_for_elements(const xml_file *f, const char *element, size_t size, void *out)
 {
     size_t count = xml_count(xml_root(f), element);
     if (count > SRDF_ENTRIES_MAX)
@@ -94,11 +94,11 @@ static bool room_for(const xml_file *f, const char *element, size_t size, void *
     return true;
 }
 
-static bool read_all(const xml_file *f, const urdf *u, srdf *out)
+static bool read_srdf(const xml_file *f, const urdf *u, srdf *out)
 {
-    if (!room_for(f, "group_state", sizeof *out->states, &out->states) ||
-        !room_for(f, "disable_collisions", sizeof *out->disabled, &out->disabled) ||
-        !room_for(f, "group", sizeof *out->groups, &out->groups))
+    if (!room_for_elements(f, "group_state", sizeof *out->states, &out->states) ||
+        !room_for_elements(f, "disable_collisions", sizeof *out->disabled, &out->disabled) ||
+        !room_for_elements(f, "group", sizeof *out->groups, &out->groups))
         return false;
     const xmlNode *virtual_joint = xml_first(xml_root(f), "virtual_joint");
     if (virtual_joint) {
@@ -118,7 +118,7 @@ bool srdf_parse(srdf *out, pool *p, const urdf *u, const char *data, size_t size
     const char *name = xml_string(&f, xml_root(&f), "name");
     if (name && strcmp(name, u->name) != 0)
         load_warn(r, "%s: is for the robot '%s', but %s is '%s'", file, name, u->file, u->name);
-    bool ok = read_all(&f, u, out);
+    bool ok = read_srdf(&f, u, out);
     xml_close(&f);
     return ok;
 }

@@ -19,7 +19,7 @@ static void make_c_locale(void)
     c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
 }
 
-static char *read_all(pool *p, FILE *file, const char *path, size_t *size, load_report *r)
+static char *read_whole_file(pool *p, FILE *file, const char *path, size_t *size, load_report *r)
 {
     char *data = pool_alloc(p, 1, *size + 1);
     *size = fread(data, 1, *size, file);
@@ -40,7 +40,7 @@ char *text_read_file(pool *p, const char *path, size_t most, size_t *size, load_
         return NULL;
     }
     *size = (size_t)bytes;
-    char *data = read_all(p, file, path, size, r);
+    char *data = read_whole_file(p, file, path, size, r);
     fclose(file);
     return data;
 }

@@ -64,3 +64,9 @@ void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count)
 {
     sort_keys_above(keys, scratch, count, 0);
 }
+
+int sort_compare_u32(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}

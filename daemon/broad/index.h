@@ -6,11 +6,10 @@
 #define COLLIDED_BROAD_INDEX_H
 
 #include "broad.h"
+#include "change.h"
 #include "fbox.h"
 #include "near.h"
 #include "tree.h"
-
-struct change;
 
 typedef struct broad_index {
     broad_kind kind;
@@ -18,8 +17,8 @@ typedef struct broad_index {
     /* A batch. First what changed, one call a proxy: put, move and remove are called before the proxy's record
      * (state.h) tells the new state. Move may clear change.asks, if the index tells the meetings of this proxy
      * without being asked around it. */
-    void (*put)(broad *b, const struct change *c);
-    void (*move)(broad *b, struct change *c);
+    void (*put)(broad *b, const change *c);
+    void (*move)(broad *b, change *c);
     void (*remove)(broad *b, uint32_t proxy);
     /* Then the whole: all records tell the new state. Pushes to b->met each two proxies, neither of which asks, whose
      * boxes meet and did not before. */

@@ -48,7 +48,7 @@ static void hang_in(pairs *p, uint32_t index, unsigned side)
     p->lists.at[proxy].count++;
 }
 
-static void take_out(pairs *p, uint32_t index, unsigned side)
+static void unlink_side(pairs *p, uint32_t index, unsigned side)
 {
     const pair_record *r = &p->records.at[index];
     assert(r->proxy[side] < p->lists.count && p->lists.at[r->proxy[side]].count > 0);
@@ -78,8 +78,8 @@ void pairs_end(pairs *p, uint32_t link)
 {
     uint32_t index = link >> 1;
     assert(index < p->records.count && p->count > 0);
-    take_out(p, index, 0);
-    take_out(p, index, 1);
+    unlink_side(p, index, 0);
+    unlink_side(p, index, 1);
     pair_record *r = &p->records.at[index];
     r->next[0] = p->free_record;
     p->free_record = index;

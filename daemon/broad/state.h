@@ -5,10 +5,11 @@
 #include "base/array.h"
 #include "base/pair_map.h"
 #include "broad.h"
+#include "change.h"
 #include "fbox.h"
 #include "index.h"
 #include "pairs.h"
-#include "sweep.h"
+#include "sweep_list.h"
 #include "tree.h"
 
 #define NOTHING_PENDING UINT32_MAX
@@ -27,19 +28,6 @@ typedef struct proxy {
     uint8_t moves;       /* of its leaf, in place, since it was put where it is best (trees.c) */
 } proxy;
 _Static_assert(sizeof(proxy) == 32, "two proxies fill a cache line");
-
-/* What was asked for one proxy since the last update: first removed, then put. */
-typedef struct change {
-    uint32_t proxy;
-    bool removed, put, refilter;
-    bool late;  /* removed: its pairs stay for a while */
-    bool asks;  /* its meetings are searched around it; else the index finds them by itself */
-    bool fixed; /* of what was put */
-    bool was;   /* the proxy stood before, with... */
-    bool was_fixed;
-    fbox fat; /* of what was put */
-    fbox old; /* ...this box */
-} change;
 
 typedef ARRAY(uint64_t) key_array;
 

@@ -3,7 +3,6 @@
 #include "sweep.h"
 
 #include "base/sort.h"
-#include "state.h"
 
 #include <assert.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* sweep1: sweep and prune on one axis, that of the largest variance: the lower ends of all boxes in one list. What
  * moved is brought to its new place, and meets those whose boxes it finds beside it. Tick thread. */
-#include "state.h"
+#include "sweep.h"
 
 #include <stdlib.h>
 
@@ -9,12 +9,12 @@
 enum { MOVES_A_CHOICE = 16 };
 static const double WORTH_CHANGING = 2;
 
-static void move(broad *b, change *c)
+static void sweep1_move(broad *b, change *c)
 {
     array_push(&b->sweep.moved, c->proxy);
 }
 
-static void move_end(broad *b, uint32_t id)
+static void move_lower_end(broad *b, uint32_t id)
 {
     sweep *s = &b->sweep;
     sweep_list *l = &s->lists[s->axis];
@@ -80,38 +80,38 @@ static void choose_axis(broad *b)
     if (sums[best] > WORTH_CHANGING * sums[s->axis]) use_axis(b, best);
 }
 
-static void settle(broad *b)
+static void sweep1_settle(broad *b)
 {
     choose_axis(b);
     sweep *s = &b->sweep;
     sweep_merge(b, s->axis, false);
-    for (size_t i = 0; i < s->moved.count; i++) move_end(b, s->moved.at[i]);
+    for (size_t i = 0; i < s->moved.count; i++) move_lower_end(b, s->moved.at[i]);
     sweep_end_batch(b);
 }
 
 /* ---- queries ---- */
 
-static bool query_box(const broad *b, const fbox *query, broad_visit *visit, void *context)
+static bool sweep1_query_box(const broad *b, const fbox *query, broad_visit *visit, void *context)
 {
     return sweep_query_box(b, b->sweep.axis, query, visit, context);
 }
 
-static void around(const broad *b, uint32_t id, broad_visit *visit, void *context)
+static void sweep1_around(const broad *b, uint32_t id, broad_visit *visit, void *context)
 {
     sweep_query_box(b, b->sweep.axis, &b->proxies.at[id].fat, visit, context);
 }
 
-static bool query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
+static bool sweep1_query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
 {
     return sweep_query_ray(b, b->sweep.axis, ray, visit, context);
 }
 
-static void query_nearest(const broad *b, near_search *search)
+static void sweep1_query_nearest(const broad *b, near_search *search)
 {
     sweep_query_nearest(b, b->sweep.axis, search);
 }
 
-static const char *validate(const broad *b, size_t *count)
+static const char *sweep1_validate(const broad *b, size_t *count)
 {
     return sweep_validate(b, b->sweep.axis, false, count);
 }
@@ -119,15 +119,15 @@ static const char *validate(const broad *b, size_t *count)
 const broad_index broad_sweep1 = {
     .kind = BROAD_SWEEP1,
     .put = sweep_put,
-    .move = move,
+    .move = sweep1_move,
     .remove = sweep_remove,
-    .settle = settle,
-    .around = around,
+    .settle = sweep1_settle,
+    .around = sweep1_around,
     .position = sweep_position,
-    .query_box = query_box,
-    .query_ray = query_ray,
-    .query_nearest = query_nearest,
-    .validate = validate,
+    .query_box = sweep1_query_box,
+    .query_ray = sweep1_query_ray,
+    .query_nearest = sweep1_query_nearest,
+    .validate = sweep1_validate,
     .give_buffers_back = sweep_give_buffers_back,
     .free = sweep_free,
 };

@@ -5,9 +5,9 @@
  * Ends move one proxy after the other, so two may pass each other forth and back in one batch. It does not matter: for
  * each order of two ends that was wrong at first and is right at the end, exactly one passing is in the right
  * direction; and a pair is told by that of the first order that was wrong. */
-#include "state.h"
+#include "sweep.h"
 
-static void move(broad *b, change *c)
+static void sweep3_move(broad *b, change *c)
 {
     c->asks = c->refilter || b->proxies.at[c->proxy].fixed != c->fixed;
     array_push(&b->sweep.moved, c->proxy);
@@ -69,7 +69,7 @@ static void move_up(broad *b, int axis, sweep_end end)
     l->place.at[end.what] = i;
 }
 
-static void move_end(broad *b, int axis, sweep_end end)
+static void move_either_end(broad *b, int axis, sweep_end end)
 {
     const sweep_list *l = &b->sweep.lists[axis];
     if (end.at < l->ends.at[l->place.at[end.what]].at)
@@ -86,12 +86,12 @@ static void move_ends(broad *b, uint32_t id, int axis)
     sweep_list *l = &b->sweep.lists[axis];
     sweep_note_width(l, box, axis);
     bool upper_first = upper.at > l->ends.at[l->place.at[upper.what]].at;
-    if (upper_first) move_end(b, axis, upper);
-    move_end(b, axis, lower);
-    if (!upper_first) move_end(b, axis, upper);
+    if (upper_first) move_either_end(b, axis, upper);
+    move_either_end(b, axis, lower);
+    if (!upper_first) move_either_end(b, axis, upper);
 }
 
-static void settle(broad *b)
+static void sweep3_settle(broad *b)
 {
     sweep *s = &b->sweep;
     for (int k = 0; k < 3; k++) {
@@ -117,27 +117,27 @@ static int best_axis(const broad *b)
     return best;
 }
 
-static bool query_box(const broad *b, const fbox *query, broad_visit *visit, void *context)
+static bool sweep3_query_box(const broad *b, const fbox *query, broad_visit *visit, void *context)
 {
     return sweep_query_box(b, best_axis(b), query, visit, context);
 }
 
-static void around(const broad *b, uint32_t id, broad_visit *visit, void *context)
+static void sweep3_around(const broad *b, uint32_t id, broad_visit *visit, void *context)
 {
     sweep_query_box(b, best_axis(b), &b->proxies.at[id].fat, visit, context);
 }
 
-static bool query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
+static bool sweep3_query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
 {
     return sweep_query_ray(b, best_axis(b), ray, visit, context);
 }
 
-static void query_nearest(const broad *b, near_search *search)
+static void sweep3_query_nearest(const broad *b, near_search *search)
 {
     sweep_query_nearest(b, best_axis(b), search);
 }
 
-static const char *validate(const broad *b, size_t *count)
+static const char *sweep3_validate(const broad *b, size_t *count)
 {
     const char *broken = NULL;
     for (int k = 0; !broken && k < 3; k++) broken = sweep_validate(b, k, true, count);
@@ -147,15 +147,15 @@ static const char *validate(const broad *b, size_t *count)
 const broad_index broad_sweep3 = {
     .kind = BROAD_SWEEP3,
     .put = sweep_put,
-    .move = move,
+    .move = sweep3_move,
     .remove = sweep_remove,
-    .settle = settle,
-    .around = around,
+    .settle = sweep3_settle,
+    .around = sweep3_around,
     .position = sweep_position,
-    .query_box = query_box,
-    .query_ray = query_ray,
-    .query_nearest = query_nearest,
-    .validate = validate,
+    .query_box = sweep3_query_box,
+    .query_ray = sweep3_query_ray,
+    .query_nearest = sweep3_query_nearest,
+    .validate = sweep3_validate,
     .give_buffers_back = sweep_give_buffers_back,
     .free = sweep_free,
 };

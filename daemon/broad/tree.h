@@ -31,7 +31,7 @@
 
 enum { TREE_ROOT = 0 };
 #define TREE_NONE UINT32_MAX
-#define TREE_NODES_MOST (UINT32_C(1) << 30) /* so that places in two trees sort in 32 bits (broad.c) */
+#define TREE_NODES_MOST (UINT32_C(1) << 30) /* so that places in two trees sort in 32 bits (broad_update.c) */
 #define TREE_LEAF (UINT32_C(1) << 31)       /* in `down`: what follows is a proxy */
 
 typedef struct tree_node {

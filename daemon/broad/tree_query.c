@@ -71,7 +71,7 @@ static simd_box node_box(const tree_node *n)
 {
     return simd_load_box(n->box.lo, n->box.hi);
 }
-static simd_box query_box(const fbox *box)
+static simd_box simd_box_of(const fbox *box)
 {
     tree_node n = {.box = *box};
     return node_box(&n);
@@ -113,7 +113,7 @@ static inline __attribute__((always_inline)) bool walk(
 bool tree_query_box(const tree *t, const fbox *query, tree_visit *visit, void *context)
 {
     if (t->leaf_count == 0 || !fbox_overlap(query, &t->nodes[TREE_ROOT].box)) return true;
-    simd_box box = query_box(query);
+    simd_box box = simd_box_of(query);
     return walk(t, TREE_ROOT, &box, box_meets, visit, context);
 }
 

@@ -17,29 +17,29 @@ static void put(broad *b, const change *c)
     tree_announce(tree_of(b, c->fixed), c->proxy, &c->fat);
 }
 
-static void take_out(broad *b, uint32_t id)
+static void remove_leaf(broad *b, uint32_t id)
 {
     tree_remove(tree_of(b, b->proxies.at[id].fixed), id);
 }
 
-static void move(broad *b, change *c)
+static void trees_move(broad *b, change *c)
 {
     proxy *p = &b->proxies.at[c->proxy];
     if (p->fixed == c->fixed && p->moves++ < MOVES_IN_PLACE && fbox_overlap(&p->fat, &c->fat)) {
         tree_move(tree_of(b, p->fixed), c->proxy, &c->fat);
     } else {
-        take_out(b, c->proxy);
+        remove_leaf(b, c->proxy);
         put(b, c);
     }
 }
 
-static void settle(broad *b)
+static void trees_settle(broad *b)
 {
     tree_settle(&b->moving);
     tree_settle(&b->fixed);
 }
 
-static void around(const broad *b, uint32_t id, broad_visit *visit, void *context)
+static void trees_around(const broad *b, uint32_t id, broad_visit *visit, void *context)
 {
     const proxy *p = &b->proxies.at[id];
     if (p->place == INDEXED && !p->fixed)
@@ -49,28 +49,28 @@ static void around(const broad *b, uint32_t id, broad_visit *visit, void *contex
     if (!p->fixed) tree_query_box(&b->fixed, &p->fat, visit, context);
 }
 
-static uint32_t position(const broad *b, uint32_t id)
+static uint32_t trees_position(const broad *b, uint32_t id)
 {
     return b->proxies.at[id].fixed ? b->fixed.leaf_of.at[id] : b->moving.leaf_of.at[id];
 }
 
-static bool query_box(const broad *b, const fbox *query, broad_visit *visit, void *context)
+static bool trees_query_box(const broad *b, const fbox *query, broad_visit *visit, void *context)
 {
     return tree_query_box(&b->moving, query, visit, context) && tree_query_box(&b->fixed, query, visit, context);
 }
 
-static bool query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
+static bool trees_query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
 {
     return tree_query_ray(&b->moving, ray, visit, context) && tree_query_ray(&b->fixed, ray, visit, context);
 }
 
-static void query_nearest(const broad *b, near_search *search)
+static void trees_query_nearest(const broad *b, near_search *search)
 {
     near_push_tree(search, &b->moving);
     near_push_tree(search, &b->fixed);
 }
 
-static const char *validate(const broad *b, size_t *count)
+static const char *trees_validate(const broad *b, size_t *count)
 {
     *count = b->moving.leaf_count + b->fixed.leaf_count;
     const char *broken = tree_validate(&b->moving);
@@ -85,7 +85,7 @@ static const char *validate(const broad *b, size_t *count)
     return broken;
 }
 
-static void give_buffers_back(broad *b)
+static void trees_give_buffers_back(broad *b)
 {
     tree_give_buffers_back(&b->moving);
     tree_give_buffers_back(&b->fixed);
@@ -100,15 +100,15 @@ static void release(broad *b)
 const broad_index broad_trees = {
     .kind = BROAD_TREE,
     .put = put,
-    .move = move,
-    .remove = take_out,
-    .settle = settle,
-    .around = around,
-    .position = position,
-    .query_box = query_box,
-    .query_ray = query_ray,
-    .query_nearest = query_nearest,
-    .validate = validate,
-    .give_buffers_back = give_buffers_back,
+    .move = trees_move,
+    .remove = remove_leaf,
+    .settle = trees_settle,
+    .around = trees_around,
+    .position = trees_position,
+    .query_box = trees_query_box,
+    .query_ray = trees_query_ray,
+    .query_nearest = trees_query_nearest,
+    .validate = trees_validate,
+    .give_buffers_back = trees_give_buffers_back,
     .free = release,
 };

@@ -55,8 +55,8 @@ const char *compound_status_text(compound_status status);
 /* Are they made of the same shapes, hulls and poses, in the same order? */
 bool compound_equal(const compound *a, const compound *b);
 
-/* The farthest point of all children, their radii included, in a direction of any length but zero; ties go to the
- * least child. */
+/* In support.c. The farthest point of all children, their radii included, in a direction of any length but zero; ties
+ * go to the least child. */
 vec3 compound_support(const compound *c, vec3 direction);
 
 /* Its greatest dot(direction, x), never less than the true one. */

@@ -27,15 +27,15 @@ static uint32_t index_of(const lines *l, uint32_t line, uint32_t point)
     return line * l->stride + point * l->step;
 }
 
-static double height_of(const lines *l, uint32_t line, uint32_t point)
+static double height_on_line(const lines *l, uint32_t line, uint32_t point)
 {
     return l->heights[index_of(l, line, point)];
 }
 
 /* The chord from a to b, above or below point p between them. */
-static double chord(const lines *l, uint32_t line, uint32_t a, uint32_t b, uint32_t p)
+static double height_of_chord(const lines *l, uint32_t line, uint32_t a, uint32_t b, uint32_t p)
 {
-    double from = height_of(l, line, a), to = height_of(l, line, b);
+    double from = height_on_line(l, line, a), to = height_on_line(l, line, b);
     return from + (to - from) * ((double)(p - a) / (double)(b - a));
 }
 
@@ -44,14 +44,16 @@ static uint32_t upper_chain(const lines *l, uint32_t line, uint32_t *chain)
 {
     uint32_t n = 0;
     for (uint32_t p = 0; p < l->length; p++) {
-        while (n >= 2 && height_of(l, line, chain[n - 1]) <= chord(l, line, chain[n - 2], p, chain[n - 1])) n--;
+        while (
+            n >= 2 && height_on_line(l, line, chain[n - 1]) <= height_of_chord(l, line, chain[n - 2], p, chain[n - 1]))
+            n--;
         chain[n++] = p;
     }
     return n;
 }
 
 /* Every second point and the last one. */
-static uint32_t halve(uint32_t *chain, uint32_t n)
+static uint32_t drop_every_second(uint32_t *chain, uint32_t n)
 {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < n; i++)
@@ -65,7 +67,7 @@ static double above_chain(const lines *l, uint32_t line, const uint32_t *chain, 
     double most = 0;
     for (uint32_t k = 0; k + 1 < n; k++)
         for (uint32_t p = chain[k] + 1; p < chain[k + 1]; p++)
-            most = fmax(most, height_of(l, line, p) - chord(l, line, chain[k], chain[k + 1], p));
+            most = fmax(most, height_on_line(l, line, p) - height_of_chord(l, line, chain[k], chain[k + 1], p));
     return most;
 }
 
@@ -75,7 +77,7 @@ static uint32_t put_chains(const lines *l, int halvings, uint32_t *scratch, uint
     uint32_t total = 0;
     for (uint32_t line = 0; line < l->count; line++) {
         uint32_t n = upper_chain(l, line, scratch);
-        for (int i = 0; i < halvings; i++) n = halve(scratch, n);
+        for (int i = 0; i < halvings; i++) n = drop_every_second(scratch, n);
         if (to) *excess = fmax(*excess, above_chain(l, line, scratch, n));
         for (uint32_t k = 0; to && k < n; k++) to[total + k] = index_of(l, line, scratch[k]);
         total += n;

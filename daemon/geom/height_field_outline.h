@@ -1,5 +1,5 @@
-/* height_field_outline: which points of a height field its convex hull is made of. Used by geom/height_field.c only.
- * Any thread. */
+/* height_field_outline: which points of a height field its convex hull is made of. Used by geom/height_field_build.c
+ * only. Any thread. */
 #ifndef COLLIDED_GEOM_HEIGHT_FIELD_OUTLINE_H
 #define COLLIDED_GEOM_HEIGHT_FIELD_OUTLINE_H
 

@@ -75,7 +75,7 @@ static difference difference_of(vec3 a, vec3 b)
     return d;
 }
 
-static void add_minor(sum *s, const difference *b, const difference *c, int i, int j, double sign)
+static void grow_by_minor(sum *s, const difference *b, const difference *c, int i, int j, double sign)
 {
     const double left[2] = {b->lo[i], b->hi[i]}, right[2] = {sign * c->lo[j], sign * c->hi[j]};
     for (int k = 0; k < 4; k++)
@@ -87,8 +87,8 @@ static void minor_of(const difference *b, const difference *c, int k, sum *out)
 {
     int i = (k + 1) % 3, j = (k + 2) % 3;
     out->count = 0;
-    add_minor(out, b, c, i, j, 1);
-    add_minor(out, b, c, j, i, -1);
+    grow_by_minor(out, b, c, i, j, 1);
+    grow_by_minor(out, b, c, j, i, -1);
 }
 
 /* Six volumes of the tetrahedron: > 0 where d is on the inner side of a, b, c, counter-clockwise from outside. */
@@ -110,7 +110,7 @@ static int sign_of(const sum *s)
 }
 
 /* Shewchuk's orient3d: doubles where 8 u of the greatest sum of products (his bound is a little above 7) say enough. */
-static int side_of(vec3 a, vec3 b, vec3 c, vec3 d)
+static int side_of_plane(vec3 a, vec3 b, vec3 c, vec3 d)
 {
     vec3 p = vec_sub(a, d), q = vec_sub(b, d), r = vec_sub(c, d);
     double most = (fabs(q.y * r.z) + fabs(q.z * r.y)) * fabs(p.x) + (fabs(q.z * r.x) + fabs(q.x * r.z)) * fabs(p.y) +
@@ -129,10 +129,10 @@ static double coordinate(vec3 v, int k)
 }
 
 /* Is p in the tetrahedron of o and the triangle? */
-static bool holds(vec3 o, vec3 a, vec3 b, vec3 c, vec3 p)
+static bool tetrahedron_holds(vec3 o, vec3 a, vec3 b, vec3 c, vec3 p)
 {
-    return side_of(a, b, p, o) >= 0 && side_of(b, c, p, o) >= 0 && side_of(c, a, p, o) >= 0 &&
-           side_of(a, b, c, p) >= 0 && side_of(a, b, c, o) > 0;
+    return side_of_plane(a, b, p, o) >= 0 && side_of_plane(b, c, p, o) >= 0 && side_of_plane(c, a, p, o) >= 0 &&
+           side_of_plane(a, b, c, p) >= 0 && side_of_plane(a, b, c, o) > 0;
 }
 
 static vec3 corner(const body *k, const hull_face *f, uint32_t i)
@@ -144,7 +144,8 @@ static vec3 corner(const body *k, const hull_face *f, uint32_t i)
 static bool face_holds(const body *k, const hull_face *f, uint32_t start, vec3 p)
 {
     for (uint32_t i = 1; i + 1 < f->count; i++)
-        if (holds(k->inside, corner(k, f, start), corner(k, f, start + i), corner(k, f, start + i + 1), p)) return true;
+        if (tetrahedron_holds(k->inside, corner(k, f, start), corner(k, f, start + i), corner(k, f, start + i + 1), p))
+            return true;
     return false;
 }
 
@@ -173,7 +174,7 @@ static int greatest_axis(vec3 v)
 }
 
 /* Seen along an axis: the area, with a sign, of p, q, r. */
-static void area_of(vec3 p, vec3 q, vec3 r, int axis, sum *out)
+static void exact_area_of(vec3 p, vec3 q, vec3 r, int axis, sum *out)
 {
     difference b = difference_of(q, p), c = difference_of(r, p);
     minor_of(&b, &c, axis, out);
@@ -186,12 +187,12 @@ static double from_triangle(vec3 a, vec3 b, vec3 c, int axis, vec3 p)
     int seen = 0;
     sum area, volume;
     for (int i = 0; i < 3; i++) {
-        area_of(corners[i], corners[(i + 1) % 3], p, axis, &area);
+        exact_area_of(corners[i], corners[(i + 1) % 3], p, axis, &area);
         int side = sign_of(&area);
         if (side * seen < 0) return INFINITY;
         if (side) seen = side;
     }
-    area_of(a, b, c, axis, &area);
+    exact_area_of(a, b, c, axis, &area);
     if (area.count == 0) return INFINITY;
     volume_of(a, b, c, p, &volume);
     if (volume.count == 0) return 0;
@@ -215,7 +216,7 @@ static double from_face(const body *k, const hull_face *f, uint32_t start, vec3 
 /* Is p, seen from o, not to the right of the line from corner i to corner j? */
 static bool is_left(const body *k, const hull_face *f, uint32_t i, uint32_t j, vec3 p)
 {
-    return side_of(corner(k, f, i), corner(k, f, j), p, k->inside) >= 0;
+    return side_of_plane(corner(k, f, i), corner(k, f, j), p, k->inside) >= 0;
 }
 
 /* Of the fan about corner 0: the i of the triangle 0, i, i + 1 in whose wedge p is, seen from o. In the logarithm of
@@ -281,7 +282,7 @@ static double outside_of_wedge(const body *k, const hull_face *f, vec3 p)
     uint32_t middle = wedge_of(k, f, p), first = middle > 1 ? middle - 1 : 1;
     double least = INFINITY;
     for (uint32_t i = first; i <= middle + 1 && i + 1 < f->count; i++) {
-        if (holds(k->inside, corner(k, f, 0), corner(k, f, i), corner(k, f, i + 1), p)) return 0;
+        if (tetrahedron_holds(k->inside, corner(k, f, 0), corner(k, f, i), corner(k, f, i + 1), p)) return 0;
         least = fmin(least, from_triangle(corner(k, f, 0), corner(k, f, i), corner(k, f, i + 1), axis, p));
     }
     return least;
@@ -301,7 +302,7 @@ static double outside_of_face(const body *k, const hull_face *f, vec3 p, double 
 }
 
 /* The vertex farthest from what is known: a point, a line, a plane. */
-static uint32_t farthest(const body *k, const vec3 *known, int count)
+static uint32_t farthest_vertex(const body *k, const vec3 *known, int count)
 {
     uint32_t best = 0;
     double most = -1;
@@ -319,12 +320,13 @@ static uint32_t farthest(const body *k, const vec3 *known, int count)
 static void find_inside(body *k)
 {
     vec3 v[4] = {k->vertex[0]};
-    for (int i = 1; i < 4; i++) v[i] = k->vertex[farthest(k, v, i)];
+    for (int i = 1; i < 4; i++) v[i] = k->vertex[farthest_vertex(k, v, i)];
     k->inside = vec_scale(vec_add(vec_add(v[0], v[1]), vec_add(v[2], v[3])), 0.25);
-    int way = side_of(v[0], v[1], v[2], v[3]);
-    k->has_inside = way != 0 && side_of(v[0], v[1], v[2], k->inside) == way &&
-                    side_of(v[0], v[3], v[1], k->inside) == way && side_of(v[1], v[3], v[2], k->inside) == way &&
-                    side_of(v[2], v[3], v[0], k->inside) == way;
+    int way = side_of_plane(v[0], v[1], v[2], v[3]);
+    k->has_inside = way != 0 && side_of_plane(v[0], v[1], v[2], k->inside) == way &&
+                    side_of_plane(v[0], v[3], v[1], k->inside) == way &&
+                    side_of_plane(v[1], v[3], v[2], k->inside) == way &&
+                    side_of_plane(v[2], v[3], v[0], k->inside) == way;
 }
 
 /* Edges are in the order of their vertices. */
@@ -355,7 +357,7 @@ static uint32_t *find_adjacent(const hull *h)
     return adjacent;
 }
 
-static double snapped(double x, int exponent, bool *moved)
+static double without_tiny(double x, int exponent, bool *moved)
 {
     double y = ldexp(x, -exponent);
     if (y == 0 || fabs(y) >= LEAST_COORDINATE) return y;
@@ -365,7 +367,8 @@ static double snapped(double x, int exponent, bool *moved)
 
 static vec3 at_unit_size(vec3 p, int exponent, bool *moved)
 {
-    return vec(snapped(p.x, exponent, moved), snapped(p.y, exponent, moved), snapped(p.z, exponent, moved));
+    return vec(
+        without_tiny(p.x, exponent, moved), without_tiny(p.y, exponent, moved), without_tiny(p.z, exponent, moved));
 }
 
 double hull_excess_of(const hull *h, const vec3 *points, uint32_t count)

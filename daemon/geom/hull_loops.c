@@ -72,7 +72,7 @@ static bool walk_loop(reader *r, uint32_t start, uint32_t expected)
     return count == expected;
 }
 
-static vec3 loop_area(const vec3 *points, const uint32_t *corners, uint32_t count)
+static vec3 area_of_loop(const vec3 *points, const uint32_t *corners, uint32_t count)
 {
     vec3 sum = VEC_ZERO;
     for (uint32_t i = 1; i + 1 < count; i++)
@@ -95,7 +95,7 @@ static bool read_facet(reader *r, facetT *facet)
     if (!closed) return false;
     uint32_t *corners = &out->corners[begin];
     vec3 outward = {facet->normal[0], facet->normal[1], facet->normal[2]};
-    if (vec_dot(loop_area(r->points, corners, size), outward) < 0)
+    if (vec_dot(area_of_loop(r->points, corners, size), outward) < 0)
         for (uint32_t i = 0, j = size - 1; i < j; i++, j--) {
             uint32_t swap = corners[i];
             corners[i] = corners[j];

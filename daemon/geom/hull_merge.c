@@ -36,7 +36,7 @@ static uint32_t next_corner(uint32_t at)
     return at % 3 == 2 ? at - 2 : at + 1;
 }
 
-static int compare_sides(const void *left, const void *right)
+static int compare_triangle_sides(const void *left, const void *right)
 {
     const side *a = left, *b = right;
     if (a->low != b->low) return a->low < b->low ? -1 : 1;
@@ -54,7 +54,7 @@ static bool find_across(merger *m)
         uint32_t a = m->t->corners[i], b = m->t->corners[next_corner(i)];
         sides[i] = (side){a < b ? a : b, a < b ? b : a, i};
     }
-    qsort(sides, count, sizeof *sides, compare_sides);
+    qsort(sides, count, sizeof *sides, compare_triangle_sides);
     for (uint32_t i = 0; closed && i < count; i += 2) {
         closed = sides[i].low == sides[i + 1].low && sides[i].high == sides[i + 1].high;
         m->across[sides[i].at] = sides[i + 1].at / 3;
@@ -69,7 +69,7 @@ static vec3 corner_of(const merger *m, uint32_t triangle, uint32_t k)
     return m->points[m->t->corners[3 * triangle + k]];
 }
 
-static vec3 area_of(const merger *m, uint32_t triangle)
+static vec3 area_of_triangle(const merger *m, uint32_t triangle)
 {
     return triangle_area(corner_of(m, triangle, 0), corner_of(m, triangle, 1), corner_of(m, triangle, 2));
 }
@@ -91,7 +91,7 @@ static bool is_in_plane(const merger *m, uint32_t triangle, vec3 origin, vec3 no
 
 static void grow_face(merger *m, uint32_t seed, uint32_t face)
 {
-    vec3 origin = corner_of(m, seed, 0), normal = vec_unit(area_of(m, seed));
+    vec3 origin = corner_of(m, seed, 0), normal = vec_unit(area_of_triangle(m, seed));
     uint32_t open = 0;
     m->queue[open++] = seed;
     m->face[seed] = face;
@@ -110,7 +110,7 @@ static uint32_t find_faces(merger *m)
 {
     uint32_t count = m->t->face_count, faces = 0;
     ranked *ranks = base_alloc(count, sizeof *ranks);
-    for (uint32_t i = 0; i < count; i++) ranks[i] = (ranked){vec_norm2(area_of(m, i)), i};
+    for (uint32_t i = 0; i < count; i++) ranks[i] = (ranked){vec_norm2(area_of_triangle(m, i)), i};
     qsort(ranks, count, sizeof *ranks, compare_ranks);
     memset(m->face, 0xff, count * sizeof *m->face);
     for (uint32_t i = 0; i < count; i++)
@@ -128,7 +128,7 @@ typedef struct by_face {
     uint32_t face, at;
 } by_face;
 
-static int compare_faces(const void *left, const void *right)
+static int compare_by_face(const void *left, const void *right)
 {
     const by_face *a = left, *b = right;
     if (a->face != b->face) return a->face < b->face ? -1 : 1;
@@ -159,7 +159,7 @@ static bool add_outlines(merger *m, uint32_t faces, hull_loops *out)
         sides[count++] = (by_face){m->face[i / 3], i};
         m->uses[m->t->corners[i]]++;
     }
-    qsort(sides, count, sizeof *sides, compare_faces);
+    qsort(sides, count, sizeof *sides, compare_by_face);
     out->first = base_zalloc(faces + 1, sizeof *out->first);
     out->corners = base_alloc(count + 1, sizeof *out->corners);
     bool good = count > 0;

@@ -15,7 +15,7 @@ enum {
     TREE_MIN = 64, /* vertices; below, a scan is at least as quick */
 };
 
-static double height_of(const hull *h, uint32_t i, vec3 d)
+static double height_of_vertex(const hull *h, uint32_t i, vec3 d)
 {
     return h->x[i] * d.x + h->y[i] * d.y + h->z[i] * d.z;
 }
@@ -42,7 +42,7 @@ static uint32_t descend(const hull *h, vec3 d)
 static uint32_t search(const hull *h, vec3 d, uint32_t start)
 {
     uint32_t best = start;
-    double most = height_of(h, start, d);
+    double most = height_of_vertex(h, start, d);
     for (uint32_t i = 0; i < h->node_count;) {
         const hull_node *n = &h->nodes[i];
         double bound = height_bound(n, d);
@@ -52,7 +52,7 @@ static uint32_t search(const hull *h, vec3 d, uint32_t start)
         }
         for (uint32_t k = n->first; k < n->first + n->count; k++) {
             uint32_t v = h->node_vertices[k];
-            double height = height_of(h, v, d);
+            double height = height_of_vertex(h, v, d);
             if (height > most || (height == most && v < best)) {
                 most = height;
                 best = v;

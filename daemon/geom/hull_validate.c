@@ -64,7 +64,7 @@ static vec3 corner_from_first(const hull *h, const hull_face *f, uint32_t i)
 }
 
 /* Along the face's normal, in squares of the face's own size. */
-static double loop_area(const hull *h, const hull_face *f)
+static double area_of_face(const hull *h, const hull_face *f)
 {
     vec3 area = VEC_ZERO, last = VEC_ZERO;
     double size = 0;
@@ -89,7 +89,7 @@ static const char *loop_fault(const hull *h, const hull_face *f, double extent, 
         seen[v] = stamp;
         if (vec_dot(f->normal, hull_vertex(h, v)) < f->offset - below) return "corner lies below its face's plane";
     }
-    return loop_area(h, f) > 0 ? NULL : "face's loop is not counter-clockwise";
+    return area_of_face(h, f) > 0 ? NULL : "face's loop is not counter-clockwise";
 }
 
 static const char *plane_fault(const hull *h, const hull_face *f)

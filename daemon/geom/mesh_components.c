@@ -15,7 +15,7 @@ static uint32_t root_of(uint32_t *parent, uint32_t v)
     return v;
 }
 
-static void join(uint32_t *parent, uint32_t v, uint32_t w)
+static void join_components(uint32_t *parent, uint32_t v, uint32_t w)
 {
     uint32_t a = root_of(parent, v), b = root_of(parent, w);
     if (a < b)
@@ -43,8 +43,8 @@ void mesh_components_build(mesh *m)
     for (uint32_t v = 0; v < m->vertex_count; v++) parent[v] = v;
     for (uint32_t t = 0; t < m->triangle_count; t++) {
         const uint32_t *v = m->triangles[t].v;
-        join(parent, v[0], v[1]);
-        join(parent, v[0], v[2]);
+        join_components(parent, v[0], v[1]);
+        join_components(parent, v[0], v[2]);
     }
     memset(number, 0xff, m->vertex_count * sizeof *number);
     ARRAY(mesh_component) all = {0};

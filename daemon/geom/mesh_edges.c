@@ -15,7 +15,7 @@ typedef struct side { /* of a triangle */
     bool forward; /* walked from lo to hi */
 } side;
 
-static int compare_sides(const void *left, const void *right)
+static int compare_edge_sides(const void *left, const void *right)
 {
     const side *a = left, *b = right;
     if (a->lo != b->lo) return a->lo < b->lo ? -1 : 1;
@@ -33,7 +33,7 @@ static side *sorted_sides(const mesh *m)
             sides[3 * t + k] = a < b ? (side){a, b, t, true} : (side){b, a, t, false};
         }
     }
-    qsort(sides, 3 * (size_t)m->triangle_count, sizeof *sides, compare_sides);
+    qsort(sides, 3 * (size_t)m->triangle_count, sizeof *sides, compare_edge_sides);
     return sides;
 }
 
@@ -73,7 +73,7 @@ typedef struct turning {
     uint32_t *queue;
 } turning;
 
-static void join(turning *w, const side *a, const side *b)
+static void join_triangles(turning *w, const side *a, const side *b)
 {
     bool agrees = a->forward != b->forward;
     w->agrees[a->triangle][w->degree[a->triangle]] = agrees;
@@ -145,7 +145,7 @@ static void turn_to_agree(mesh *m, const side *sides)
         base_alloc(m->triangle_count, sizeof *w.queue)};
     for (uint32_t at = 0, n; at < total; at += n) {
         n = edge_sides(sides, at, total);
-        if (n == 2) join(&w, &sides[at], &sides[at + 1]);
+        if (n == 2) join_triangles(&w, &sides[at], &sides[at + 1]);
     }
     for (uint32_t t = 0; t < m->triangle_count; t++)
         if (w.turn[t] == 0 && spread(&w, t, &count)) turn_part(m, &w, count);

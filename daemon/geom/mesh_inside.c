@@ -45,7 +45,7 @@ bool mesh_points_in_line(vec3 p, vec3 q, vec3 r)
 }
 
 /* On which side of the line from p to q, seen along z, is c? 1: to its left. Ties by the move aside. */
-static int side_of(vec3 p, vec3 q, vec3 c)
+static int side_of_line(vec3 p, vec3 q, vec3 c)
 {
     double left = (p.x - c.x) * (q.y - c.y), right = (p.y - c.y) * (q.x - c.x), value = left - right;
     if (fabs(value) > FILTER_2 * (fabs(left) + fabs(right))) return value > 0 ? 1 : -1;
@@ -103,8 +103,8 @@ static int crossing(const mesh *m, uint32_t t, vec3 c)
     double scale = 1 / m->unit; /* a power of two: exact */
     vec3 p = vec_scale(at[0], scale), q = vec_scale(at[1], scale), r = vec_scale(at[2], scale);
     if (is_beside(p, q, r, c) || m->triangles[t].form > MESH_SEAM) return 0;
-    int side = side_of(p, q, c);
-    if (side == 0 || side_of(q, r, c) != side || side_of(r, p, c) != side) return 0;
+    int side = side_of_line(p, q, c);
+    if (side == 0 || side_of_line(q, r, c) != side || side_of_line(r, p, c) != side) return 0;
     return below_plane(p, q, r, c) == side ? side : 0;
 }
 

@@ -99,7 +99,7 @@ static double away2_of(const candidates *c, vec3 point)
 
 /* ---- the choice ---- */
 
-static uint32_t farthest(const candidates *c)
+static uint32_t farthest_candidate(const candidates *c)
 {
     uint32_t far = c->chosen;
     for (uint32_t i = far + 1; i < c->count; i++)
@@ -115,11 +115,11 @@ static double choose(candidates *c)
     enough2 *= NEAR_ENOUGH * NEAR_ENOUGH;
     c->chosen = 1;
     while (c->chosen < c->count) {
-        uint32_t far = farthest(c);
+        uint32_t far = farthest_candidate(c);
         double away2 = fmin(c->away2[far], away2_of(c, c->at[far]));
         bool still = away2 == c->away2[far];
         c->away2[far] = away2;
-        if (!still && farthest(c) != far) continue;
+        if (!still && farthest_candidate(c) != far) continue;
         if (away2 <= enough2 || c->chosen == MESH_PATCH_POINTS) return away2;
         vec3 p = c->at[far];
         c->at[far] = c->at[c->chosen];

@@ -230,7 +230,7 @@ static void sharpest_planes(const region *r, const uint32_t *planes, uint32_t co
 }
 
 /* A corner of the mesh that is there but for rounding, or the point itself. */
-static vec3 snapped(const grower *w, vec3 point)
+static vec3 snapped_to_vertex(const grower *w, vec3 point)
 {
     for (uint32_t i = 0; i < w->m->vertex_count; i++) {
         vec3 v = vec_scale(w->m->vertices[i], w->scale);
@@ -268,7 +268,7 @@ static hull *hull_of_region(const grower *w, const region *r, vec3 from)
         sharpest_planes(r, of_face, face->count, three);
         (void)common_point(r, three, &point);
         closed = face->offset > 0x1p-10 && vec_finite(point) && vec_max_abs(point) <= 2;
-        point = vec_scale(snapped(w, point), w->m->unit);
+        point = vec_scale(snapped_to_vertex(w, point), w->m->unit);
         points[3 * f] = point.x;
         points[3 * f + 1] = point.y;
         points[3 * f + 2] = point.z;
@@ -320,7 +320,7 @@ static bool is_piece(const grower *w, const hull *h, double *slack)
 
 /* ---- which ---- */
 
-static bool holds(const hull *h, vec3 point, double scale, double margin)
+static bool hull_holds(const hull *h, vec3 point, double scale, double margin)
 {
     for (uint32_t f = 0; f < h->face_count; f++)
         if (vec_dot(h->faces[f].normal, point) > h->faces[f].offset * scale + margin) return false;
@@ -330,14 +330,14 @@ static bool holds(const hull *h, vec3 point, double scale, double margin)
 static bool holds_hull(const hull *outer, const hull *inner, double scale)
 {
     for (uint32_t i = 0; i < inner->vertex_count; i++)
-        if (!holds(outer, vec_scale(hull_vertex(inner, i), scale), scale, 0x1p-28)) return false;
+        if (!hull_holds(outer, vec_scale(hull_vertex(inner, i), scale), scale, 0x1p-28)) return false;
     return true;
 }
 
 static bool is_held(const grower *w, vec3 point, double margin)
 {
     for (uint32_t i = 0; i < w->m->piece_count; i++)
-        if (holds(w->m->pieces[i].hull, point, w->scale, margin)) return true;
+        if (hull_holds(w->m->pieces[i].hull, point, w->scale, margin)) return true;
     return false;
 }
 
@@ -388,7 +388,7 @@ static void grow_piece(grower *w, vec3 from)
 }
 
 /* How far a line into the solid is inside. */
-static double chord(const grower *w, vec3 from, vec3 way, uint32_t self)
+static double length_inside(const grower *w, vec3 from, vec3 way, uint32_t self)
 {
     double least = INFINITY;
     for (uint32_t t = 0; t < w->m->triangle_count; t++) {
@@ -416,7 +416,7 @@ static void grow_pieces(grower *w)
             const vec3 *c = w->corners + 3 * (size_t)t;
             vec3 middle = vec_scale(vec_add(vec_add(c[0], c[1]), c[2]), 1.0 / 3), in = vec_neg(w->normals[t]);
             if (close && is_held(w, middle, TOUCHING)) continue;
-            double far = chord(w, middle, in, t);
+            double far = length_inside(w, middle, in, t);
             vec3 from = vec_madd(middle, (close ? 0.05 : 0.5) * far, in);
             if (!(far < INFINITY) || is_held(w, from, close ? -INFINITY : -TOUCHING)) continue;
             grow_piece(w, from);

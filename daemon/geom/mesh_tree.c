@@ -27,7 +27,7 @@ typedef struct range {
     uint32_t first, count;
 } range;
 
-static int compare_items(const void *left, const void *right, void *axis)
+static int compare_by_centre(const void *left, const void *right, void *axis)
 {
     const item *a = left, *b = right;
     int k = *(int *)axis;
@@ -35,7 +35,7 @@ static int compare_items(const void *left, const void *right, void *axis)
     return (a->triangle.source > b->triangle.source) - (a->triangle.source < b->triangle.source);
 }
 
-static int longest_side(const item *items, uint32_t count)
+static int longest_axis_of_items(const item *items, uint32_t count)
 {
     int longest = 0;
     double length = -1;
@@ -51,11 +51,11 @@ static int longest_side(const item *items, uint32_t count)
 }
 
 /* The first half gets the larger share, and only full leaves: so there are as few nodes as can be. */
-static uint32_t halve(builder *b, range r)
+static uint32_t split_in_half(builder *b, range r)
 {
-    int axis = longest_side(b->items + r.first, r.count);
+    int axis = longest_axis_of_items(b->items + r.first, r.count);
     uint32_t leaves = (r.count + MESH_LEAF_MAX - 1) / MESH_LEAF_MAX;
-    qsort_r(b->items + r.first, r.count, sizeof *b->items, compare_items, &axis);
+    qsort_r(b->items + r.first, r.count, sizeof *b->items, compare_by_centre, &axis);
     return (leaves + 1) / 2 * MESH_LEAF_MAX;
 }
 
@@ -187,7 +187,7 @@ static uint8_t cut(builder *b, range r, range parts[MESH_WIDTH])
     uint8_t count = 0;
     range halves[2] = {r, {0, 0}};
     if (r.count > MESH_LEAF_MAX) {
-        uint32_t half = halve(b, r);
+        uint32_t half = split_in_half(b, r);
         halves[0] = (range){r.first, half};
         halves[1] = (range){r.first + half, r.count - half};
     }
@@ -196,14 +196,14 @@ static uint8_t cut(builder *b, range r, range parts[MESH_WIDTH])
             if (halves[i].count) parts[count++] = halves[i];
             continue;
         }
-        uint32_t half = halve(b, halves[i]);
+        uint32_t half = split_in_half(b, halves[i]);
         parts[count++] = (range){halves[i].first, half};
         parts[count++] = (range){halves[i].first + half, halves[i].count - half};
     }
     return count;
 }
 
-static uint32_t build_node(builder *b, range r, uint32_t depth)
+static uint32_t build_mesh_node(builder *b, range r, uint32_t depth)
 {
     mesh *m = b->m;
     range parts[MESH_WIDTH];
@@ -218,7 +218,7 @@ static uint32_t build_node(builder *b, range r, uint32_t depth)
         set_box(b, &m->nodes[index], i, parts[i]);
         set_turned_box(b, &m->nodes[index], i, parts[i]);
         m->nodes[index].count[i] = leaf ? (uint8_t)parts[i].count : 0;
-        m->nodes[index].first[i] = leaf ? parts[i].first : build_node(b, parts[i], depth + 1);
+        m->nodes[index].first[i] = leaf ? parts[i].first : build_mesh_node(b, parts[i], depth + 1);
     }
     return index;
 }
@@ -241,7 +241,7 @@ void mesh_tree_build(mesh *m)
     }
     /* an inner node has at least two children, so there are fewer of them than triangles */
     m->nodes = base_alloc(m->triangle_count, sizeof *m->nodes);
-    build_node(&b, (range){0, m->triangle_count}, 1);
+    build_mesh_node(&b, (range){0, m->triangle_count}, 1);
     for (uint32_t t = 0; t < m->triangle_count; t++) m->triangles[t] = b.items[t].triangle;
     m->nodes = base_realloc(m->nodes, m->node_count, sizeof *m->nodes);
     m->corners = base_alloc(3 * (size_t)m->triangle_count, sizeof *m->corners);
@@ -284,7 +284,7 @@ static bool points_hold(const mesh *m, const mesh_node *n, int child, vec3 v)
 }
 
 /* Triangles below the node in *seen; each must be within the boxes above it. */
-static const char *check_node(const mesh *m, uint32_t index, uint32_t depth, uint32_t *seen)
+static const char *check_mesh_node(const mesh *m, uint32_t index, uint32_t depth, uint32_t *seen)
 {
     const mesh_node *n = &m->nodes[index];
     if (index >= m->node_count || depth > m->depth) return "a node is out of place";
@@ -293,7 +293,7 @@ static const char *check_node(const mesh *m, uint32_t index, uint32_t depth, uin
         uint32_t first = *seen;
         if (n->count[i] && n->first[i] != first) return "a leaf does not follow the one before";
         *seen += n->count[i];
-        const char *fault = n->count[i] ? NULL : check_node(m, n->first[i], depth + 1, seen);
+        const char *fault = n->count[i] ? NULL : check_mesh_node(m, n->first[i], depth + 1, seen);
         if (fault) return fault;
         for (uint32_t t = first; t < *seen && t < m->triangle_count; t++)
             for (int k = 0; k < 3; k++)
@@ -324,7 +324,7 @@ static const char *check_components(const mesh *m)
 const char *mesh_validate(const mesh *m)
 {
     uint32_t seen = 0;
-    const char *fault = check_node(m, 0, 1, &seen);
+    const char *fault = check_mesh_node(m, 0, 1, &seen);
     if (!fault) fault = check_components(m);
     if (!fault && seen != m->triangle_count) fault = "triangles are missing in the leaves";
     return fault ? fault : m->depth > MESH_DEPTH_MAX ? "too deep" : NULL;

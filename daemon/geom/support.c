@@ -140,3 +140,38 @@ void support_spans_up(const shape *s, const vec3 directions[3], double up[3], do
         down[k] = is_symmetric(s->type) ? up[k] : support_height_up(s, vec_neg(directions[k]), NULL);
     }
 }
+
+/* ---- compounds ---- */
+
+static vec3 child_support(const compound_child *c, vec3 direction, vec3 unit)
+{
+    vec3 core = support_core(&c->shape, mat_tmul(c->place.r, direction), NULL);
+    return vec_madd(transform_point(&c->place, core), c->shape.radius, unit);
+}
+
+vec3 compound_support(const compound *c, vec3 direction)
+{
+    vec3 unit = vec_unit(direction), best = child_support(&c->children[0], direction, unit);
+    double top = vec_dot(direction, best);
+    for (uint32_t i = 1; i < c->child_count; i++) {
+        vec3 point = child_support(&c->children[i], direction, unit);
+        double height = vec_dot(direction, point);
+        if (height > top) top = height, best = point;
+    }
+    return best;
+}
+
+/* The rotation of a child errs by less than 16 u of what it turns (bounds.c), twice; products and sums by less than as
+ * much again. */
+#define TURN_ULPS 64
+
+double compound_height_up(const compound *c, vec3 direction)
+{
+    double top = -INFINITY, length = length_up(direction);
+    for (uint32_t i = 0; i < c->child_count; i++) {
+        const compound_child *child = &c->children[i];
+        double core = support_height_up(&child->shape, mat_tmul(child->place.r, direction), NULL);
+        top = fmax(top, vec_dot(direction, child->place.t) + core + child->shape.radius * length);
+    }
+    return top + (TURN_ULPS * ROUND_U * c->reach * length + DBL_TRUE_MIN);
+}

@@ -58,6 +58,10 @@ static inline vec3 vec_madd(vec3 a, double s, vec3 b)
 {
     return (vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
 }
+static inline bool vec_equal(vec3 a, vec3 b) /* -0 and 0 are equal */
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
 static inline double vec_dot(vec3 a, vec3 b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -12,7 +12,7 @@ wire_reason incoming_check_kind(wire_kind kind, wire_refusal *refusal)
 }
 
 /* What is done of it is done. */
-static void hand_over(struct link *from, const link_sink *sink, wire_message *m, incoming_part *part)
+static void hand_over_part(struct link *from, const link_sink *sink, wire_message *m, incoming_part *part)
 {
     wire_message some = *m;
     bool poses = m->kind == WIRE_POSE_BATCH;
@@ -38,7 +38,7 @@ bool incoming_some(
     if (reason == WIRE_OK) reason = incoming_check_kind(m.kind, &refusal);
     part->work = 0;
     if (reason == WIRE_OK) {
-        hand_over(from, sink, &m, part);
+        hand_over_part(from, sink, &m, part);
         return true;
     }
     int64_t client, sequence;

@@ -34,14 +34,14 @@ void dds_peers_free(dds_peers *p)
 
 /* ---- Cyclone's threads ---- */
 
-static void on_data(dds_entity_t reader, void *context)
+static void on_peer_data(dds_entity_t reader, void *context)
 {
     (void)reader;
     dds_peers *p = context;
     p->wake(p->context);
 }
 
-static void on_liveliness(dds_entity_t reader, const dds_liveliness_changed_status_t status, void *context)
+static void on_peer_liveliness(dds_entity_t reader, const dds_liveliness_changed_status_t status, void *context)
 {
     (void)reader;
     dds_peers *p = context;
@@ -77,11 +77,11 @@ bool dds_peers_join(dds_peers *p, dds_entity_t participant, int64_t lease_ns)
     dds_entity_t cards = dds_create_topic(participant, &collided_Peer_desc, "collided_Peer", NULL, NULL);
     dds_entity_t journal = dds_create_topic(participant, &collided_Journal_desc, "collided_Journal", NULL, NULL);
     dds_listener_t *listener = dds_create_listener(NULL);
-    dds_lset_data_available_arg(listener, on_data, p, true);
+    dds_lset_data_available_arg(listener, on_peer_data, p, true);
     p->journal_out = open_end(p, journal, false, true, 0, NULL);
     p->journal_in = open_end(p, journal, false, false, 0, listener);
     p->cards_out = open_end(p, cards, true, true, lease_ns, NULL);
-    dds_lset_liveliness_changed_arg(listener, on_liveliness, p, true);
+    dds_lset_liveliness_changed_arg(listener, on_peer_liveliness, p, true);
     p->cards_in = open_end(p, cards, true, false, 0, listener);
     dds_delete_listener(listener);
     return p->journal_out > 0 && p->journal_in > 0 && p->cards_out > 0 && p->cards_in > 0;
@@ -210,7 +210,7 @@ static void forget_dead(dds_peers *p)
         if (!p->writers.at[i].alive) p->writers.at[i] = p->writers.at[--p->writers.count];
 }
 
-static void take_news(dds_peers *p, const dds_peer_news *news, const peer_sink *sink)
+static void take_peer_news(dds_peers *p, const dds_peer_news *news, const peer_sink *sink)
 {
     size_t place = 0;
     while (place < p->writers.count && p->writers.at[place].writer != news->writer) place++;
@@ -235,7 +235,7 @@ void dds_peers_receive(dds_peers *p, const peer_sink *sink)
     pthread_mutex_unlock(&p->lock);
     take_cards(p, sink);
     take_pieces(p, sink);
-    for (size_t i = 0; i < news.count; i++) take_news(p, &news.at[i], sink);
+    for (size_t i = 0; i < news.count; i++) take_peer_news(p, &news.at[i], sink);
     forget_dead(p);
     array_free(&news);
 }

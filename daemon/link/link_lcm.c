@@ -81,7 +81,7 @@ typedef struct link_lcm {
     metric *datagrams_dropped;
 } link_lcm;
 
-static link_lcm *self_of(struct link *l)
+static link_lcm *link_lcm_of(struct link *l)
 {
     return (link_lcm *)l;
 }
@@ -379,7 +379,7 @@ static int lcm_check(const link_options *options, char key[LINK_KEY_MAX], char *
     return status;
 }
 
-static void register_counters(link_lcm *l, metrics *m)
+static void register_lcm_counters(link_lcm *l, metrics *m)
 {
     l->messages_in = metrics_add(m, "lcm_messages_in", "messages of clients taken from LCM");
     l->refused = metrics_add(m, "lcm_refused", "messages from LCM that were refused: malformed or out of range");
@@ -446,7 +446,7 @@ static bool await_first(link_lcm *l, char *why, size_t why_size)
 
 static void lcm_close(struct link *head)
 {
-    link_lcm *l = self_of(head);
+    link_lcm *l = link_lcm_of(head);
     atomic_store(&l->closing, true);
     wake(l->poke_fd);
     pthread_join(l->watcher, NULL);
@@ -455,10 +455,10 @@ static void lcm_close(struct link *head)
 
 static int lcm_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
-    link_lcm *l = self_of(head);
+    link_lcm *l = link_lcm_of(head);
     char key[LINK_KEY_MAX];
     if (check_address(options, l->url, l->program, key, why, why_size) != EX_OK) return -1;
-    register_counters(l, options->counters);
+    register_lcm_counters(l, options->counters);
     l->pipe = -1;
     l->words.fd = -1;
     l->starting = options->must_start;
@@ -479,7 +479,7 @@ static int lcm_open(struct link *head, const link_options *options, char *why, s
 }
 
 /* One frame of the gateway, to the sink. True if it was a message. */
-static bool hand_over(link_lcm *l, const link_sink *sink, const pipe_frame *f, incoming_part *part)
+static bool hand_over_frame(link_lcm *l, const link_sink *sink, const pipe_frame *f, incoming_part *part)
 {
     part->whole = true;
     part->work = 0;
@@ -510,7 +510,7 @@ typedef struct frame_waiting {
     uint8_t data[];
 } frame_waiting;
 
-static void put_off(link_lcm *l, const pipe_frame *f, uint32_t done)
+static void put_off_frame(link_lcm *l, const pipe_frame *f, uint32_t done)
 {
     uint64_t source = source_of(f);
     if (is_pose(f) && turns_bytes_of(&l->waiting, source) + f->size > ONE_POSE_BYTES) {
@@ -537,12 +537,12 @@ static size_t receive_by_turns(link_lcm *l, const link_sink *sink)
     size_t messages = 0, bytes = 0;
     pipe_frame f;
     frame_waiting *w;
-    while (pipe_take(&l->taken, &f) == 1) put_off(l, &f, 0);
+    while (pipe_take(&l->taken, &f) == 1) put_off_frame(l, &f, 0);
     while (bytes < ROUND_BYTES && !(messages && sink->enough && sink->enough(sink->context)) &&
            (w = turns_first(&l->waiting)) != NULL) {
         const pipe_frame whole = {.kind = w->kind, .data = w->data, .size = w->size};
         incoming_part part = {.done = w->done};
-        bool was = hand_over(l, sink, &whole, &part);
+        bool was = hand_over_frame(l, sink, &whole, &part);
         bytes += w->size;
         if (part.whole) {
             turns_take(&l->waiting, link_bytes_of_work(part.work));
@@ -562,15 +562,15 @@ static size_t receive_by_turns(link_lcm *l, const link_sink *sink)
 static size_t receive_one(link_lcm *l, const link_sink *sink, const pipe_frame *f)
 {
     incoming_part part = {.done = 0};
-    bool was = hand_over(l, sink, f, &part);
+    bool was = hand_over_frame(l, sink, f, &part);
     if (part.whole) return count_one(l, was);
-    put_off(l, f, part.done);
+    put_off_frame(l, f, part.done);
     return 1 + receive_by_turns(l, sink);
 }
 
 static size_t lcm_receive(struct link *head, const link_sink *sink)
 {
-    link_lcm *l = self_of(head);
+    link_lcm *l = link_lcm_of(head);
     opened_report(&l->streams, head, sink);
     pthread_mutex_lock(&l->lock);
     pipe_buffer swapped = l->incoming;
@@ -591,14 +591,14 @@ static size_t lcm_receive(struct link *head, const link_sink *sink)
 /* Among what waits are commands: they are the tick thread's, and come first. */
 static size_t lcm_receive_poses(struct link *head, const link_sink *sink)
 {
-    if (!self_of(head)->waiting.count) return lcm_receive(head, sink);
+    if (!link_lcm_of(head)->waiting.count) return lcm_receive(head, sink);
     wake(head->options.wake_fd);
     return 0;
 }
 
 static void lcm_publish(struct link *head, const wire_message *m)
 {
-    link_lcm *l = self_of(head);
+    link_lcm *l = link_lcm_of(head);
     char channel[WIRE_CHANNEL_MAX];
     wire_lcm_channel(m, channel);
     size_t size = wire_lcm_size(m), frame = pipe_frame_size(strlen(channel), size);
@@ -612,7 +612,7 @@ static void lcm_publish(struct link *head, const wire_message *m)
 /* Sends what the pipe takes; the watcher sends the rest when it can. */
 static void lcm_flush(struct link *head)
 {
-    link_lcm *l = self_of(head);
+    link_lcm *l = link_lcm_of(head);
     pthread_mutex_lock(&l->lock);
     if (l->ready) pipe_send(&l->outgoing, l->pipe); /* a gateway that has gone is the watcher's business */
     bool rest = l->ready && pipe_used(&l->outgoing) > 0;
@@ -622,7 +622,7 @@ static void lcm_flush(struct link *head)
 
 static void lcm_stream_open(struct link *head, const char *stream)
 {
-    opened_add(&self_of(head)->streams, stream);
+    opened_add(&link_lcm_of(head)->streams, stream);
     wake(head->options.wake_fd);
 }
 
@@ -634,7 +634,7 @@ static void lcm_stream_close(struct link *head, const char *stream)
 
 static void lcm_describe(struct link *head, char *text, size_t size)
 {
-    link_lcm *l = self_of(head);
+    link_lcm *l = link_lcm_of(head);
     const char *interface = head->options.interface;
     pthread_mutex_lock(&l->lock);
     bool ready = l->ready;

@@ -44,7 +44,7 @@ static pthread_cond_t offered = PTHREAD_COND_INITIALIZER;
 static ARRAY(link_memory *) hubs;
 static int64_t last_number; /* of an end; under the lock */
 
-static link_memory *self_of(struct link *l)
+static link_memory *link_memory_of(struct link *l)
 {
     return (link_memory *)l;
 }
@@ -158,7 +158,7 @@ static int memory_check(const link_options *options, char key[LINK_KEY_MAX], cha
 
 static int memory_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
-    link_memory *l = self_of(head);
+    link_memory *l = link_memory_of(head);
     pthread_mutex_lock(&lock);
     bool taken = hub_named(options->address) != NULL;
     if (!taken) array_push(&hubs, l);
@@ -209,7 +209,7 @@ static bool take_next(link_memory *l, const link_sink *sink)
 /* What has come; where it is more than this round takes, the rest waits. */
 static size_t memory_take_all(struct link *head, const link_sink *sink)
 {
-    link_memory *l = self_of(head);
+    link_memory *l = link_memory_of(head);
     uint64_t before = metric_get(l->messages_in);
     opened_report(&l->streams, head, sink);
     for (bool swapped = false, more = true; more;) {
@@ -231,7 +231,7 @@ static size_t memory_take_all(struct link *head, const link_sink *sink)
 
 static void memory_publish(struct link *head, const wire_message *m)
 {
-    link_memory *l = self_of(head);
+    link_memory *l = link_memory_of(head);
     size_t size = wire_lcm_size(m);
     pthread_mutex_lock(&lock);
     for (size_t i = 0; i < l->ends.count; i++) {
@@ -250,7 +250,7 @@ static void memory_flush(struct link *head)
 
 static void memory_stream_open(struct link *head, const char *stream)
 {
-    opened_add(&self_of(head)->streams, stream);
+    opened_add(&link_memory_of(head)->streams, stream);
     wake(head->options.wake_fd);
 }
 
@@ -267,7 +267,7 @@ static void memory_describe(struct link *head, char *text, size_t size)
 
 static void memory_close(struct link *head)
 {
-    link_memory *l = self_of(head);
+    link_memory *l = link_memory_of(head);
     pthread_mutex_lock(&lock);
     size_t i = 0;
     while (hubs.at[i] != l) i++;

@@ -26,7 +26,7 @@ typedef struct link_replay {
     metric *messages_in, *skipped, *unfinished;
 } link_replay;
 
-static link_replay *self_of(struct link *l)
+static link_replay *link_replay_of(struct link *l)
 {
     return (link_replay *)l;
 }
@@ -41,7 +41,7 @@ static int replay_check(const link_options *options, char key[LINK_KEY_MAX], cha
 
 static int replay_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
-    link_replay *l = self_of(head);
+    link_replay *l = link_replay_of(head);
     l->reader = wire_log_open(options->address, why, why_size);
     if (!l->reader) return -1;
     l->messages_in = metrics_add(options->counters, "replay_messages_in", "messages taken from the recording");
@@ -63,10 +63,10 @@ static void keep_told(link_replay *l, const wire_log_entry *e)
 
 link_replay_told link_replay_events(struct link *head)
 {
-    return (link_replay_told){self_of(head)->told.at, self_of(head)->told.count};
+    return (link_replay_told){link_replay_of(head)->told.at, link_replay_of(head)->told.count};
 }
 
-static void hand_over(link_replay *l, const link_sink *sink, const wire_log_entry *e)
+static void hand_over_entry(link_replay *l, const link_sink *sink, const wire_log_entry *e)
 {
     if (e->kind == WIRE_LOG_MESSAGE)
         sink->message(sink->context, &l->head, &e->message);
@@ -87,7 +87,7 @@ static void fail(link_replay *l, const char *why)
 }
 
 /* One piece follows the other. */
-static void take_piece(link_replay *l, const link_sink *sink, const wire_log_entry *e)
+static void take_state_piece(link_replay *l, const link_sink *sink, const wire_log_entry *e)
 {
     size_t have = l->whole.count;
     if (e->state.offset != have) {
@@ -108,7 +108,7 @@ static void take_piece(link_replay *l, const link_sink *sink, const wire_log_ent
 /* Up to the end of the tick, or of the log. */
 static size_t replay_receive(struct link *head, const link_sink *sink)
 {
-    link_replay *l = self_of(head);
+    link_replay *l = link_replay_of(head);
     size_t messages = 0;
     wire_log_entry e;
     if (l->state == REPLAY_BETWEEN) l->told.count = 0;
@@ -127,9 +127,9 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
         } else if (e.kind == WIRE_LOG_MESSAGE && e.message.kind == WIRE_EVENT_BATCH) {
             keep_told(l, &e);
         } else if (e.kind == WIRE_LOG_STATE) {
-            take_piece(l, sink, &e);
+            take_state_piece(l, sink, &e);
         } else {
-            hand_over(l, sink, &e);
+            hand_over_entry(l, sink, &e);
             messages += e.kind == WIRE_LOG_MESSAGE;
         }
     }
@@ -139,7 +139,7 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
 
 bool link_replay_tick(struct link *head, wire_log_tick *out, char *why, size_t why_size)
 {
-    link_replay *l = self_of(head);
+    link_replay *l = link_replay_of(head);
     snprintf(why, why_size, "%s", l->why);
     if (l->state != REPLAY_TICK_READ) return false;
     *out = l->tick;
@@ -150,14 +150,14 @@ bool link_replay_tick(struct link *head, wire_log_tick *out, char *why, size_t w
 
 static void replay_publish(struct link *head, const wire_message *m)
 {
-    link_replay *l = self_of(head);
+    link_replay *l = link_replay_of(head);
     if (l->listener) l->listener(l->listener_context, m);
 }
 
 void link_replay_listen(struct link *head, link_replay_listener listener, void *context)
 {
-    self_of(head)->listener = listener;
-    self_of(head)->listener_context = context;
+    link_replay_of(head)->listener = listener;
+    link_replay_of(head)->listener_context = context;
 }
 
 static void replay_flush(struct link *head)
@@ -178,9 +178,9 @@ static void replay_describe(struct link *head, char *text, size_t size)
 
 static void replay_close(struct link *head)
 {
-    wire_log_end(self_of(head)->reader);
-    array_free(&self_of(head)->told);
-    array_free(&self_of(head)->whole);
+    wire_log_end(link_replay_of(head)->reader);
+    array_free(&link_replay_of(head)->told);
+    array_free(&link_replay_of(head)->whole);
 }
 
 const link_ops link_replay_ops = {

@@ -39,7 +39,7 @@ static owners_claim *claim_at(const owners *o, uint64_t client)
     return i == PAIR_MAP_NONE ? NULL : &o->claims.at[i];
 }
 
-static bool is_alive(const owners *o, uint64_t participant)
+static bool participant_is_alive(const owners *o, uint64_t participant)
 {
     const owners_participant *p = participant_at(o, participant);
     return p && p->writers && (!p->has_announced || p->announcing);
@@ -141,18 +141,18 @@ owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool ann
     const owners_writer *w = writer_at(o, writer);
     owners_claim *c = claim_at(o, key);
     if (!key) return OWNERS_YES; /* nobody's name: refused elsewhere */
-    if (!w) return !c || !is_alive(o, c->participant) ? OWNERS_YES : OWNERS_NOT_YOURS;
+    if (!w) return !c || !participant_is_alive(o, c->participant) ? OWNERS_YES : OWNERS_NOT_YOURS;
     if (!c && o->claims.count >= o->most) return OWNERS_FULL;
     if (!c && o->each && participant_at(o, w->participant)->claims >= o->each) return OWNERS_SHARE;
     if (!c) {
         participant_at(o, w->participant)->claims++;
         pair_map_put(&o->claim_of, key, (uint32_t)o->claims.count);
         array_push(&o->claims, ((owners_claim){key, w->participant, announces}));
-        o->changed |= !is_alive(o, w->participant);
+        o->changed |= !participant_is_alive(o, w->participant);
         return OWNERS_YES;
     }
     if (c->participant != w->participant) {
-        if (is_alive(o, c->participant)) return OWNERS_NOT_YOURS;
+        if (participant_is_alive(o, c->participant)) return OWNERS_NOT_YOURS;
         count_claim(o, c->participant, -1);
         count_claim(o, w->participant, 1);
         *c = (owners_claim){key, w->participant, false};
@@ -181,7 +181,7 @@ bool owners_lost(owners *o, int64_t *client)
     o->changed = false;
     while (o->left > 0) {
         owners_claim c = o->claims.at[--o->left];
-        if (is_alive(o, c.participant)) continue;
+        if (participant_is_alive(o, c.participant)) continue;
         owners_release(o, (int64_t)c.client);
         *client = (int64_t)c.client;
         if (c.announced) return true;

@@ -14,7 +14,7 @@
 
 /* What libccd proposes, held against our certificate. */
 
-static bool propose(
+static bool ccd_propose(
     const shape *a, const shape *b, const pose *b_in_a, narrow_engine engine, ccd_proposal *out, narrow_method *method)
 {
     transform t = pose_transform(*b_in_a);
@@ -36,7 +36,7 @@ ccd_peer_opinion ccd_peer_ask(const unit_pair *p, const shape *a, const shape *b
     if (engine != NARROW_ENGINE_CCD && engine != NARROW_ENGINE_MPR) return peer;
     if (a->type == SHAPE_HALFSPACE || b->type == SHAPE_HALFSPACE) return peer;
     peer.asked = true;
-    peer.failed = !propose(a, b, b_in_a, engine, &proposal, &peer.method);
+    peer.failed = !ccd_propose(a, b, b_in_a, engine, &proposal, &peer.method);
     peer.overlap = proposal.overlap;
     if (peer.failed || peer.overlap || !(vec_norm2(proposal.axis) > 0)) return peer;
     minkowski m = unit_pair_nearest_along(p, proposal.axis);
@@ -135,7 +135,7 @@ static void centre(const void *object, ccd_vec3_t *out)
     to_ccd(side_centre(object), out);
 }
 
-static void first_direction(const void *a, const void *b, ccd_vec3_t *out)
+static void ccd_first_direction(const void *a, const void *b, ccd_vec3_t *out)
 {
     const ccd_side *first = a;
     vec3 seed = first->pair->seed;
@@ -170,7 +170,7 @@ static void set_up(ccd_setup *u, const shape *a, const shape *b, const transform
     u->b = (ccd_side){b, {b_in_a->r, vec_scale(b_in_a->t, scale)}, scale, &u->pair};
     CCD_INIT(&u->options);
     u->options.max_iterations = ITERATIONS_MAX;
-    u->options.first_dir = first_direction;
+    u->options.first_dir = ccd_first_direction;
     u->options.support1 = support_of_a;
     u->options.support2 = support;
     u->options.center1 = centre;

@@ -5,8 +5,8 @@
 #ifndef COLLIDED_NARROW_CCD_BRIDGE_H
 #define COLLIDED_NARROW_CCD_BRIDGE_H
 
-#include "narrow.h"
-#include "unit_pair.h"
+#include "narrow/pair/request.h"
+#include "narrow/pair/unit_pair.h"
 
 /* ---- ccd peer ---- */
 

@@ -1,21 +1,15 @@
 /* dispatch: the table of closed forms, and the general method behind it. Pure; any thread. */
 #include "dispatch.h"
 
-#include "box_pair.h"
-#include "box_revolved.h"
-#include "coaxial.h"
-#include "curved_depth.h"
-#include "cylinder_pair.h"
-#include "descent.h"
-#include "ellipsoid_pair.h"
-#include "gjk.h"
-#include "near_features.h"
-#include "pieces.h"
-#include "polytope_depth.h"
-#include "revolved_pair.h"
-#include "sat.h"
-#include "scalar.h"
-#include "witness.h"
+#include "narrow/closed/closed.h"
+#include "narrow/convex/gjk.h"
+#include "narrow/convex/near_features.h"
+#include "narrow/convex/polytope_depth.h"
+#include "narrow/convex/polytopes.h"
+#include "narrow/curved/curved.h"
+#include "narrow/curved/pieces.h"
+#include "narrow/curved/revolved.h"
+#include "narrow/math/scalar.h"
 
 #define GENERAL NULL
 #define SPH_SPH closed_sphere_sphere
@@ -53,7 +47,7 @@ closed_form *dispatch_closed_form(shape_type a, shape_type b)
 }
 
 /* Pairs of which GJK decides a verdict sooner, be they separated, in shallow or in deep contact, than their own form
- * has measured them; of two ellipsoids it gets what ellipsoid_verdict.c has left. */
+ * has measured them; of two ellipsoids it gets what primitives.c has left. */
 #define SOONER true
 /* clang-format off */
 static const bool GJK_DECIDES[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
@@ -89,7 +83,7 @@ static void find_witnesses(const unit_pair *p, span *out)
     if (out->lo <= p->error) witness_deepest(p, out);
 }
 
-static void finish_depth(const unit_pair *p, const narrow_goal *asked, bool named, span *out)
+static void general_finish_depth(const unit_pair *p, const narrow_goal *asked, bool named, span *out)
 {
     if (named) near_features_settle(p, asked, out);
     if (!out->nearest.deep) find_witnesses(p, out);
@@ -130,7 +124,7 @@ void dispatch_general(
     bool few = !roughly && !only_general && is_small(&p->a) && is_small(&p->b) && polytope_depth_applies(p);
     if (named || few) closely.tolerance = goal->finest;
     if (!roughly && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
-        finish_depth(p, asked, named, out);
+        general_finish_depth(p, asked, named, out);
         return;
     }
     gjk_result start;
@@ -148,7 +142,7 @@ void dispatch_general(
         return;
     }
     if (!only_general && !polytope_depth_applies(p) && about_one_axis(p, goal, out)) {
-        finish_depth(p, asked, named, out);
+        general_finish_depth(p, asked, named, out);
         return;
     }
     bool curved = !only_general && pieces_apply(p) && curved_depth(p, goal, &start, out);
@@ -159,5 +153,5 @@ void dispatch_general(
     if (!closed) coaxial_depth(p, out);
     if (!closed && out->lo < 0 && !only_general && !polytope_depth_applies(p)) inscribed_depth(p, goal, out);
     if (!closed) moved_apart_raise(p, out);
-    finish_depth(p, asked, named, out);
+    general_finish_depth(p, asked, named, out);
 }

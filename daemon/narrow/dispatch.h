@@ -2,8 +2,8 @@
 #ifndef COLLIDED_NARROW_DISPATCH_H
 #define COLLIDED_NARROW_DISPATCH_H
 
-#include "closed.h"
-#include "epa.h"
+#include "narrow/closed/closed.h"
+#include "narrow/convex/epa.h"
 
 /* The formula for two types (in canonical order), or NULL: the general method. */
 closed_form *dispatch_closed_form(shape_type a, shape_type b);

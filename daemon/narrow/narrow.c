@@ -4,19 +4,18 @@
 #include "narrow.h"
 
 #include "ccd_bridge.h"
-#include "compound_pair.h"
 #include "dispatch.h"
-#include "exact.h"
-#include "feature_code.h"
-#include "finish.h"
 #include "geom/hull.h"
-#include "manifold.h"
-#include "mesh_pair.h"
-#include "near_features.h"
-#include "order.h"
-#include "primitives.h"
-#include "rim_features.h"
-#include "scalar.h"
+#include "narrow/contact/manifold.h"
+#include "narrow/convex/near_features.h"
+#include "narrow/curved/curved.h"
+#include "narrow/exact/exact.h"
+#include "narrow/math/scalar.h"
+#include "narrow/pair/finish.h"
+#include "narrow/pair/unit_pair.h"
+#include "narrow/primitives/primitives.h"
+#include "narrow/tree/compound_pair.h"
+#include "narrow/tree/mesh_pair.h"
 
 struct narrow_scratch {
     epa_scratch epa;
@@ -30,13 +29,20 @@ size_t narrow_scratch_size(void)
 }
 
 /* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding (the
- * depth of hulls is told with NEAR_DEPTH_WIDTHS more on either side). */
+ * depth of hulls is reported with NEAR_DEPTH_WIDTHS more on either side). */
 #define ROUNDING_WIDTHS (2 + 2 * NEAR_DEPTH_WIDTHS)
 
 /* Of the sizes: shapes that overlap by less, or are that near, touch but for a little. */
 #define LITTLE 0x1p-20
 
-static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
+bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b)
+{
+    int c = order_shapes(a, b);
+    return c ? c < 0 : tie_a <= tie_b;
+}
+
+static void query_measure(
+    const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
     bool only_general = engine == NARROW_ENGINE_GJK && !plane;
@@ -47,7 +53,7 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
         dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
     if (only_general) return;
     if (rim_features_apply(p, g))
-        rim_features_settle(p, g, s);
+        descent_settle_rims(p, g, s);
     else if (!s->nearest.deep && near_features_apply(p, g))
         near_features_settle(p, g, s);
 }
@@ -77,12 +83,12 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
         return;
     }
     if (request->engine < NARROW_ENGINE_CCD) {
-        measure(p, g, request->engine, scratch, s);
+        query_measure(p, g, request->engine, scratch, s);
         finish(p, s, result);
         return;
     }
     ccd_peer_opinion peer = ccd_peer_ask(p, a, b, b_in_a, request->engine, g, s);
-    if (!peer.settled) measure(p, g, request->engine, scratch, s);
+    if (!peer.settled) query_measure(p, g, request->engine, scratch, s);
     finish(p, s, result);
     result->peer_failures = ccd_peer_failures(&peer, p, s);
     if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
@@ -102,15 +108,17 @@ static void build_manifold(
 }
 
 /* What changes the time of an answer and no bit of it. */
-static void remember(unit_pair *p, const narrow_cache *cache)
+static void query_remember(unit_pair *p, const narrow_cache *cache)
 {
     p->shell = cache->shell;
     p->remembers = vec_norm2(cache->axis) > 0;
     if (cache->lower > 0) p->apart_along = cache->axis;
 }
 
+static narrow_ask query_part;
+
 /* The answer of the search in doubles, in A's frame. */
-static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+static void query_search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, unit_pair *p, narrow_result *result)
 {
     span s;
@@ -120,14 +128,14 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     unit_pair_init(p, a, b, b_in_a);
     p->effort = effort;
     if (compound_pair_applies(b)) {
-        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, &scratch->pieces, result);
+        compound_pair_query(p, a, b, b_in_a, request, query_part, scratch, &scratch->epa, &scratch->pieces, result);
         return;
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
     bool near = near_features_apply(p, &g), rims = !near && rim_features_apply(p, &g), gaps = near || rims;
     bool by_features = gaps || near_features_reach_depths(p, &g);
-    if (cache && by_features) remember(p, cache);
+    if (cache && by_features) query_remember(p, cache);
     if (!by_features || !recall(p, request, &g, near, rims, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
@@ -135,11 +143,6 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     result->status = status_of(p, &g, request, &s);
     if (!(request->facts & NARROW_MANIFOLD) || !(result->lo <= request->threshold)) return;
     build_manifold(p, a, b, b_in_a, request->threshold, result);
-}
-
-static double asked_width(const unit_pair *p, const narrow_request *r)
-{
-    return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
 }
 
 static bool decided(const narrow_request *r, const narrow_result *result)
@@ -159,7 +162,7 @@ static bool wants_refining(const unit_pair *p, const narrow_request *r, const na
 }
 
 /* After the bounds have been narrowed. */
-static void settle(const unit_pair *p, const narrow_request *r, narrow_result *result)
+static void query_settle(const unit_pair *p, const narrow_request *r, narrow_result *result)
 {
     bool narrow = result->hi - result->lo <= asked_width(p, r);
     bool verdict_only = !(r->facts & NARROW_DISTANCE);
@@ -187,7 +190,7 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
     result->status = settled ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
-/* Shapes that touch but for a little are told to be no nearer than the points that prove it. That others overlap is
+/* Shapes that almost touch are reported to be no nearer than the points that prove it. That others overlap is
  * known without points, and of a common point hi is 0. An interval that is not wider than its place is of a gap that
  * points have proved. */
 static void keep_to_points(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)
@@ -206,11 +209,11 @@ static void query(const shape *a, const shape *b, const pose *b_in_a, const narr
     bool formula = primitives_apply(b, request);
     if (!formula || !primitives_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
-        search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
+        query_search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
             exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
             exact_narrow(&e, result);
-            settle(&p, request, result);
+            query_settle(&p, request, result);
         }
     }
     keep_to_points(a, b, request, result);
@@ -242,7 +245,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
     query(a, b, b_in_a, request, cache, scratch, begin_effort(a, b, scratch), result);
 }
 
-void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+static void query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result)
 {
     query(a, b, b_in_a, request, NULL, scratch, &scratch->effort, result);
@@ -258,7 +261,7 @@ static void turn_by(narrow_result *r, const mat3 *m)
         r->manifold.points[i].point = mat_mul(*m, r->manifold.points[i].point);
 }
 
-static void turn(narrow_result *r, quat q)
+static void query_turn(narrow_result *r, quat q)
 {
     mat3 m = quat_matrix(q);
     turn_by(r, &m);
@@ -296,8 +299,8 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (!formula || !primitives_answer_in_world(shape_1, &first, shape_2, &second, request, result)) {
         pose relative = pose_relative(first, second);
         effort *effort = begin_effort(shape_1, shape_2, scratch);
-        search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
-        turn(result, first.q);
+        query_search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
+        query_turn(result, first.q);
         refine = wants_refining(&p, request, result);
     }
     if (refine) {
@@ -306,7 +309,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     }
     keep_to_points(shape_1, shape_2, request, result);
     move_origin(result, vec_sub(first.p, pose_a.p));
-    if (refine) settle(&p, request, result);
+    if (refine) query_settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);
     if (swapped) swap_roles(result);
 }

@@ -1,9 +1,10 @@
 /* separation: proofs that two shapes are apart, along one axis or a few, without a search. Pure; any thread. */
-#include "closed.h"
-#include "core.h"
-#include "finish.h"
-#include "scalar.h"
-#include "simplex.h"
+#include "narrow.h"
+#include "narrow/closed/closed.h"
+#include "narrow/convex/gjk.h"
+#include "narrow/math/scalar.h"
+#include "narrow/pair/core.h"
+#include "narrow/pair/finish.h"
 
 /* ---- along one axis ---- */
 
@@ -33,7 +34,7 @@ double unit_pair_separation(const unit_pair *p, vec3 axis, uint32_t *hint_a, uin
 }
 
 /* Hulls of this size leave no normal numbers below. Larger ones have a tree for their support points. */
-static inline bool is_everyday(const shape *a, const shape *b, double size)
+static inline bool apart_is_everyday(const shape *a, const shape *b, double size)
 {
     bool small = a->hull->padded_count <= HULL_SCAN_MAX && b->hull->padded_count <= HULL_SCAN_MAX;
     return small && size > 0x1p-300 && size < 0x1p300;
@@ -55,7 +56,7 @@ double narrow_separation(
 {
     if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) {
         double size = shape_reach(a) + shape_reach(b) + vec_norm(b_in_a->p);
-        if (is_everyday(a, b, size)) return hulls_separation(a, b, b_in_a, size, axis);
+        if (apart_is_everyday(a, b, size)) return hulls_separation(a, b, b_in_a, size, axis);
     }
     unit_pair p;
     unit_pair_init(&p, a, b, b_in_a);
@@ -82,7 +83,7 @@ void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis
 }
 
 /* From the point of the box of half extents `half` that is nearest to `p`, to `p`. */
-static vec3 outside(vec3 half, vec3 p)
+static vec3 apart_outside(vec3 half, vec3 p)
 {
     return vec_sub(p, vec_max(vec_min(p, half), vec_neg(half)));
 }
@@ -90,7 +91,8 @@ static vec3 outside(vec3 half, vec3 p)
 vec3 narrow_guess_axis(const shape *a, const shape *b, const pose *b_in_a)
 {
     vec3 a_in_b = quat_rotate(quat_conj(b_in_a->q), vec_neg(b_in_a->p));
-    vec3 from_a = outside(a->half, b_in_a->p), from_b = vec_neg(quat_rotate(b_in_a->q, outside(b->half, a_in_b)));
+    vec3 from_a = apart_outside(a->half, b_in_a->p),
+         from_b = vec_neg(quat_rotate(b_in_a->q, apart_outside(b->half, a_in_b)));
     return vec_unit(vec_norm2(from_a) > vec_norm2(from_b) ? from_a : from_b);
 }
 
@@ -143,13 +145,8 @@ typedef struct trial {
     int tried;
 } trial;
 
-static bool is_plane(const shape *s)
-{
-    return s->type == SHAPE_HALFSPACE;
-}
-
 /* One axis more. The separation is that of narrow_separation, to the bit. */
-static bool try_axis(trial *t, vec3 axis)
+static bool apart_try_axis(trial *t, vec3 axis)
 {
     minkowski *m = &t->points.v[t->points.count++];
     unit_pair_nearest_to(&t->p, axis, &t->hints, m);
@@ -164,17 +161,17 @@ static bool is_axis(vec3 v)
     return v.x != 0 || v.y != 0 || v.z != 0;
 }
 
-static bool search(trial *t, const shape *a, const shape *b, const pose *b_in_a, const narrow_cache *cache)
+static bool apart_search(trial *t, const shape *a, const shape *b, const pose *b_in_a, const narrow_cache *cache)
 {
     bool remembers = is_axis(cache->axis), met = remembers && !(cache->lower > t->limit);
-    if (remembers && try_axis(t, cache->axis)) return true;
+    if (remembers && apart_try_axis(t, cache->axis)) return true;
     vec3 guess = narrow_guess_axis(a, b, b_in_a);
-    if (is_axis(guess) && try_axis(t, guess)) return true;
+    if (is_axis(guess) && apart_try_axis(t, guess)) return true;
     double near = NEAR * t->p.size + t->p.radius;
     while (!met && t->tried > 0 && t->tried < AXES_MAX) {
         nearest_feature n = simplex_reduce(&t->points);
         if (n.inside || !((n.norm - near) * t->p.unit > t->limit)) return false;
-        if (try_axis(t, n.axis)) return true;
+        if (apart_try_axis(t, n.axis)) return true;
     }
     return false;
 }
@@ -188,12 +185,12 @@ bool narrow_apart(const shape *a, const shape *b, const pose *b_in_a, double lim
     t.limit = limit;
     t.tried = 0;
     bool found = false;
-    if (is_plane(a) || is_plane(b)) {
+    if (shape_is_plane(a) || shape_is_plane(b)) {
         t.axis = cache->axis;
         t.lower = unit_pair_separation(&t.p, t.axis, NULL, NULL);
         found = t.lower > limit;
     } else {
-        found = search(&t, a, b, b_in_a, cache);
+        found = apart_search(&t, a, b, b_in_a, cache);
         cache->hint_a = t.hints.a, cache->hint_b = t.hints.b;
     }
     if (!found) return false;

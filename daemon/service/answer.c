@@ -1,5 +1,7 @@
 /* answer: queries of clients, answered from the world as the last tick left it. A query that comes twice is answered
  * twice. Tick thread. */
+#include "commands.h"
+#include "recordings.h"
 #include "service.h"
 
 #include "base/clock.h"
@@ -25,8 +27,8 @@ static void send(reply *r)
     r->to->ops->publish(r->to, &(wire_message){.kind = WIRE_ANSWER, .answer = r->answer});
 }
 
-static void fail(reply *r, uint8_t status, const char *format, ...) __attribute__((format(printf, 3, 4)));
-static void fail(reply *r, uint8_t status, const char *format, ...)
+static void fail_query(reply *r, uint8_t status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static void fail_query(reply *r, uint8_t status, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
@@ -38,14 +40,14 @@ static void fail(reply *r, uint8_t status, const char *format, ...)
 
 /* ---- hits as arrays ---- */
 
-static void put(double *at, vec3 v)
+static void copy_vec(double *at, vec3 v)
 {
     at[0] = v.x;
     at[1] = v.y;
     at[2] = v.z;
 }
 
-static const char *name_of(const service *s, uint32_t body)
+static const char *name_of_body(const service *s, uint32_t body)
 {
     const char *name = body == WORLD_NONE ? NULL : world_body_name(s->world, body);
     return name ? name : "";
@@ -69,13 +71,13 @@ static void send_hits(reply *r, const world_hits *hits, uint32_t n, const wire_q
     uint8_t *stale = base_alloc(2 * (size_t)n + 1, 1), *got = stale + n;
     for (uint32_t i = 0; i < n; i++) {
         const world_hit *h = &hits->at[i];
-        names[i] = name_of(r->s, h->body_a);
-        names[n + i] = name_of(r->s, h->body_b);
+        names[i] = name_of_body(r->s, h->body_a);
+        names[n + i] = name_of_body(r->s, h->body_b);
         lo[i] = h->stale ? -INFINITY : h->lo; /* a stale pose proves nothing */
         hi[i] = h->stale ? INFINITY : h->hi;
-        put(axes + 3 * (size_t)i, h->axis);
-        put(pa + 3 * (size_t)i, h->point_a);
-        put(pb + 3 * (size_t)i, h->point_b);
+        copy_vec(axes + 3 * (size_t)i, h->axis);
+        copy_vec(pa + 3 * (size_t)i, h->point_a);
+        copy_vec(pb + 3 * (size_t)i, h->point_b);
         if (with_orientations) {
             quat o = world_body_pose(r->s->world, h->body_a).q;
             memcpy(q + 4 * (size_t)i, &o, sizeof o);
@@ -118,7 +120,7 @@ static patience patience_for(const wire_query *q)
     return (patience){clock_monotonic_ns() + ns, clock_thread_ns() + ns};
 }
 
-static bool goes_on(void *context)
+static bool has_patience(void *context)
 {
     const patience *p = context;
     return clock_monotonic_ns() < p->monotonic_ns || clock_thread_ns() < p->thread_ns;
@@ -138,7 +140,7 @@ static void answer_hits(reply *r, world_hits *hits, const wire_query *q)
     if (hits->gave_up) metric_count(r->s->count.queries_cut, 1);
     if (hits->gave_up && !is_told_in_part(q)) {
         array_free(hits);
-        fail(r, WIRE_ANSWER_UNSUPPORTED,
+        fail_query(r, WIRE_ANSWER_UNSUPPORTED,
             "the search was given up after %.0f ms, so that nobody waits for it: ask for less (a shorter length, a "
             "smaller box, fewer bodies, a coarser tolerance)",
             1e-6 * (double)SEARCH_NS);
@@ -172,7 +174,7 @@ static bool two_bodies(reply *r, const wire_query *q, uint32_t *a, uint32_t *b)
     *a = world_find_body(r->s->world, q->name_a);
     *b = world_find_body(r->s->world, q->name_b);
     if (*a != WORLD_NONE && *b != WORLD_NONE) return true;
-    fail(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", *a == WORLD_NONE ? q->name_a : q->name_b);
+    fail_query(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", *a == WORLD_NONE ? q->name_a : q->name_b);
     return false;
 }
 
@@ -189,7 +191,7 @@ static bool nearest(reply *r, const wire_query *q, world_hits *hits)
     if (body != WORLD_NONE)
         world_query_nearest_to(s->world, body, q->length_m, most, q->tolerance_m, s->now_ns, hits);
     else
-        fail(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", q->name_a);
+        fail_query(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", q->name_a);
     return body != WORLD_NONE;
 }
 
@@ -199,9 +201,9 @@ static bool sweep_body(reply *r, const wire_query *q, world_hits *hits)
     uint32_t body = world_find_body(s->world, q->name_a);
     bool sane = vec_norm(vec_of(q->angular)) * q->span_s <= MOTION_ANGLE_MAX;
     if (body == WORLD_NONE)
-        fail(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", q->name_a);
+        fail_query(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", q->name_a);
     else if (!sane)
-        fail(r, WIRE_ANSWER_UNSUPPORTED, "angular, span_s: it would turn by more than %g rad", MOTION_ANGLE_MAX);
+        fail_query(r, WIRE_ANSWER_UNSUPPORTED, "angular, span_s: it would turn by more than %g rad", MOTION_ANGLE_MAX);
     else
         world_query_sweep(
             s->world, body, vec_of(q->linear), vec_of(q->angular), q->span_s, q->tolerance_m, s->now_ns, hits);
@@ -215,9 +217,9 @@ static bool was_carried_out(reply *r, const wire_query *q)
     if (last->client != q->client || q->sequence > last->sequence) return false;
     if (q->sequence == last->sequence && r->s->record_reply.to) return true; /* it comes */
     if (q->sequence == last->sequence)
-        fail(r, last->status, "%s", last->text);
+        fail_query(r, last->status, "%s", last->text);
     else
-        fail(r, WIRE_ANSWER_UNSUPPORTED, "of what this client has said of recordings since, it is an older word");
+        fail_query(r, WIRE_ANSWER_UNSUPPORTED, "of what this client has said of recordings since, it is an older word");
     return true;
 }
 
@@ -226,26 +228,27 @@ static void record(reply *r, const wire_query *q)
     service *s = r->s;
     char path[2 * CONFIG_TEXT_MAX], why[CONFIG_TEXT_MAX + 256];
     if (!*q->name_a && !s->recording_to) {
-        fail(r, WIRE_ANSWER_UNSUPPORTED, "nothing is being recorded: it was not begun, or the disk refused it");
+        fail_query(r, WIRE_ANSWER_UNSUPPORTED, "nothing is being recorded: it was not begun, or the disk refused it");
     } else if (!*q->name_a && !record_may_end(s, q->client, why, sizeof why)) {
         log_notice("client %016" PRIx64 " may not end the recording: %s", (uint64_t)q->client, why);
         metric_count(s->count.records_refused, 1);
-        fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
+        fail_query(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
     } else if (!*q->name_a) {
         record_stop(s);
         answer_owed(s); /* an earlier one */
         snprintf(r->text, sizeof r->text, "recording ended");
         s->record_reply = (record_reply){.to = r->to, .answer = r->answer};
     } else if (!*s->config.record_dir) {
-        fail(r, WIRE_ANSWER_UNSUPPORTED, "the daemon was started without record_dir: it does not let clients record");
+        fail_query(
+            r, WIRE_ANSWER_UNSUPPORTED, "the daemon was started without record_dir: it does not let clients record");
     } else if (strchr(q->name_a, '/') || q->name_a[0] == '.') {
-        fail(r, WIRE_ANSWER_UNSUPPORTED, "a recording needs a plain name, without '/' and not starting with '.'");
+        fail_query(r, WIRE_ANSWER_UNSUPPORTED, "a recording needs a plain name, without '/' and not starting with '.'");
     } else {
         snprintf(path, sizeof path, "%s/%s.lcmlog", s->config.record_dir, q->name_a);
         if (record_start(s, path, &q->client, why, sizeof why) != 0) {
             log_notice("client %016" PRIx64 " may not record: %s", (uint64_t)q->client, why);
             metric_count(s->count.records_refused, 1);
-            fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
+            fail_query(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
         } else {
             answer_owed(s); /* an earlier one */
             snprintf(r->text, sizeof r->text, "%s", path);
@@ -269,7 +272,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
 {
     reply r;
     patience p = patience_for(q);
-    world_hits hits = {.go_on = goes_on, .go_on_context = &p, .most = WIRE_ANSWERS_MAX};
+    world_hits hits = {.go_on = has_patience, .go_on_context = &p, .most = WIRE_ANSWERS_MAX};
     uint32_t a, b;
     r = (reply){.s = s,
         .to = from,
@@ -318,7 +321,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         if (!s->record_ends.count && !s->record_next) answer_owed(s);
         return;
     default:
-        fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");
+        fail_query(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");
         return;
     }
     answer_hits(&r, &hits, q);

@@ -7,9 +7,11 @@
  * None of this is a command: numbers of batches, events and their hash are the same, whoever reads how fast. Tick
  * thread. */
 #include "base/log.h"
+#include "clients.h"
 #include "memory.h"
 #include "service.h"
 #include "standby.h"
+#include "streams.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -223,6 +225,20 @@ void backlog_built(service *s, stream *to)
 
 /* ---- what goes out ---- */
 
+/* All streams together: to encode and send so much takes some 15 ms. The rest goes in the next rounds, which follow at
+ * once, the streams by turns. */
+static const size_t A_ROUND_BYTES = 8 << 20;
+
+static bool round_is_full(service *s)
+{
+    if (s->backlog_round_ns != s->monotonic_ns) s->backlog_sent = 0;
+    s->backlog_round_ns = s->monotonic_ns;
+    if (s->backlog_sent < A_ROUND_BYTES) return false;
+    s->next_watch_ns = s->monotonic_ns;
+    s->backlog_crowded = true;
+    return true;
+}
+
 static void send_next(service *s, stream *to)
 {
     backlog *b = &to->backlog;
@@ -241,6 +257,7 @@ static void send_next(service *s, stream *to)
     m.event_batch.parts = e->parts;
     to->link->ops->publish(to->link, &m);
     to->told_ns = s->monotonic_ns;
+    s->backlog_sent += e->size;
     metric_count(s->count.batches_out, 1);
 }
 
@@ -269,6 +286,7 @@ static void emptied(service *s, stream *to)
 static void send_blindly(service *s, stream *to)
 {
     backlog *b = &to->backlog;
+    if (s->monotonic_ns >= b->due_ns && round_is_full(s)) return;
     if (s->monotonic_ns >= b->due_ns) {
         unsigned again = b->again < BLIND_AGAIN_MOST ? b->again : BLIND_AGAIN_MOST;
         for (int i = 0; i < BLIND_BURST >> again && b->next < b->entries.count; i++) send_next(s, to);
@@ -281,14 +299,23 @@ static void send_blindly(service *s, stream *to)
         s->next_watch_ns = b->due_ns;
 }
 
-void backlog_send(service *s, stream *to)
+static void send_some(service *s, stream *to)
 {
     backlog *b = &to->backlog;
     if (standby_waits(s) || b->building || !waiting(b)) return;
     if (!b->receipts)
         send_blindly(s, to);
     else
-        while (b->next < b->entries.count && b->next - b->first < b->window) send_next(s, to);
+        while (b->next < b->entries.count && b->next - b->first < b->window && !round_is_full(s)) send_next(s, to);
+}
+
+/* While there is more than rounds take, whoever asks first or most often goes no sooner than others. */
+void backlog_send(service *s, stream *to)
+{
+    if (s->backlog_crowded)
+        s->next_watch_ns = s->monotonic_ns;
+    else
+        send_some(s, to);
 }
 
 /* ---- receipts ---- */
@@ -350,7 +377,9 @@ static void send_again(service *s, stream *to, const wire_receipt *m)
 void backlog_receipt(service *s, stream *to, const wire_receipt *m)
 {
     backlog *b = &to->backlog;
-    if (m->epoch != s->epoch || m->sequence <= b->receipt) return;
+    bool goes_on = m->epoch != s->epoch && m->epoch < s->epoch && wire_same_line(m->epoch, s->epoch);
+    if ((m->epoch != s->epoch && !goes_on) || m->sequence <= b->receipt) return;
+    if (goes_on && standby_was_outrun(s, to, m->epoch, m->batch)) return;
     b->receipt = m->sequence;
     if (!b->receipts) b->window = b->threshold = WINDOW_FIRST;
     b->receipts = true;
@@ -403,15 +432,20 @@ void backlog_watch(service *s)
     if (s->monotonic_ns < s->next_watch_ns || standby_waits(s)) return;
     char before = *s->starving;
     bool any = false;
+    size_t turn = s->backlog_turn + 1;
     s->next_watch_ns = INT64_MAX;
+    s->backlog_crowded = false;
     s->starving[0] = '\0';
     s->streams_behind = s->streams_starving = 0;
-    for (size_t i = 0; i < s->streams.count; i++) {
+    for (size_t k = 0; k < s->streams.count; k++) {
+        size_t i = (s->backlog_turn + k) % s->streams.count;
         stream *to = &s->streams.at[i];
         backlog *b = &to->backlog;
         if (!to->live) continue;
         if (b->wants) want_anew(s, to);
-        backlog_send(s, to);
+        bool was_full = round_is_full(s);
+        send_some(s, to);
+        if (!was_full && round_is_full(s)) turn = i + 1;
         bool now = starves(s, b);
         bool changed = now != b->starves;
         b->starves = now;
@@ -421,6 +455,7 @@ void backlog_watch(service *s)
         if (changed || now) log_starving(s, to);
         if (now && !*s->starving) describe_starving(s, to, s->starving, sizeof s->starving);
     }
+    s->backlog_turn = turn;
     if (any && s->monotonic_ns + WATCH_NS < s->next_watch_ns) s->next_watch_ns = s->monotonic_ns + WATCH_NS;
     if (!before != !*s->starving) s->status_due = true;
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);

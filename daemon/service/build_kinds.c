@@ -1,5 +1,6 @@
 /* build_kinds: the building of one geometry out of its numbers. Pure: any thread. */
 #include "builds.h"
+#include "geometries.h"
 
 #include "geom/height_field.h"
 #include "service.h"
@@ -61,7 +62,7 @@ build_cost build_cost_of(uint8_t kind, size_t vertex_numbers, size_t index_numbe
     return c;
 }
 
-static void refuse(built *out, wire_reason reason, const char *fields, const char *text)
+static void refuse_geometry(built *out, wire_reason reason, const char *fields, const char *text)
 {
     out->why.reason = reason;
     snprintf(out->why.text, sizeof out->why.text, "%s: %s", fields, text);
@@ -73,7 +74,7 @@ static void build_hull(const geometry_numbers *n, built *out)
     wire_reason reason = status == HULL_FLAT       ? WIRE_FLAT_HULL
                          : status == HULL_TOO_MANY ? WIRE_TOO_LARGE
                                                    : WIRE_BAD_SIZE;
-    if (status != HULL_OK) refuse(out, reason, "vertices", hull_status_text(status));
+    if (status != HULL_OK) refuse_geometry(out, reason, "vertices", hull_status_text(status));
 }
 
 static void build_mesh(const geometry_numbers *n, built *out)
@@ -81,7 +82,7 @@ static void build_mesh(const geometry_numbers *n, built *out)
     mesh_status status = mesh_build(n->vertices, n->vertex_numbers / 3, n->indices, n->index_numbers / 3, &out->mesh);
     bool large = status == MESH_TOO_MANY || status == MESH_WIDE_HULL;
     if (status != MESH_OK)
-        refuse(out, large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE, "vertices, indices", mesh_status_text(status));
+        refuse_geometry(out, large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE, "vertices, indices", mesh_status_text(status));
 }
 
 static void build_height_field(const geometry_numbers *n, built *out)
@@ -104,7 +105,8 @@ static void build_height_field(const geometry_numbers *n, built *out)
     height_field_status status = height_field_build(&field, &out->mesh);
     bool large = status == HEIGHT_FIELD_TOO_MANY || status == HEIGHT_FIELD_NO_MESH;
     if (status != HEIGHT_FIELD_OK)
-        refuse(out, large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE, "vertices, indices", height_field_status_text(status));
+        refuse_geometry(
+            out, large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE, "vertices, indices", height_field_status_text(status));
 }
 
 void build_now(const geometry_numbers *n, built *out)
@@ -113,7 +115,7 @@ void build_now(const geometry_numbers *n, built *out)
     int64_t hash = wire_geometry_hash(n->kind, (wire_f64s){(uint32_t)n->vertex_numbers, n->vertices},
         (wire_i32s){(uint32_t)n->index_numbers, n->indices});
     if (hash != n->hash)
-        refuse(out, WIRE_BAD_HASH, "hash", "the content has another one");
+        refuse_geometry(out, WIRE_BAD_HASH, "hash", "the content has another one");
     else if (n->kind == WIRE_GEOMETRY_MESH)
         build_mesh(n, out);
     else if (n->kind == WIRE_GEOMETRY_HEIGHT_FIELD)

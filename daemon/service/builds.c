@@ -68,7 +68,7 @@ static void free_build(build *of)
     free(of);
 }
 
-static void forget(builds *b, const build *of)
+static void forget_build(builds *b, const build *of)
 {
     size_t kept = 0;
     for (size_t i = 0; i < b->all.count; i++)
@@ -78,7 +78,7 @@ static void forget(builds *b, const build *of)
 
 /* ---- one build ---- */
 
-static void carry_out(build *of)
+static void carry_out_build(build *of)
 {
     for (size_t i = 0; i < of->older_count; i++) {
         if (!geometry_numbers_equal(of->older[i].numbers, of->numbers)) continue;
@@ -111,7 +111,7 @@ static void wake_tick_thread(const builds *b)
 
 static void make_ready(builds *b, build *of)
 {
-    forget(b, of);
+    forget_build(b, of);
     array_push(&b->all, of);
     of->state = BUILD_READY;
     if (of->awaited) return;
@@ -125,7 +125,7 @@ static void tell_begin(builds *b, const build *of, unsigned thread)
     if (thread < BUILD_THREADS && w->begins) w->begins(w->context, thread, of->client, of->client_name, of->numbers);
 }
 
-static void tell_end(builds *b, unsigned thread)
+static void tell_end_of_build(builds *b, unsigned thread)
 {
     if (thread < BUILD_THREADS && b->watch.ends && !b->stop) b->watch.ends(b->watch.context, thread);
 }
@@ -140,11 +140,11 @@ static void work_on(builds *b, build *of, unsigned thread)
     tell_begin(b, of, thread);
     pthread_mutex_unlock(&b->lock);
     if (before) before(context, of->id);
-    carry_out(of);
+    carry_out_build(of);
     pthread_mutex_lock(&b->lock);
-    tell_end(b, thread);
+    tell_end_of_build(b, thread);
     if (of->abandoned || b->stop) {
-        forget(b, of);
+        forget_build(b, of);
         pthread_mutex_unlock(&b->lock);
         free_build(of);
         pthread_mutex_lock(&b->lock);
@@ -172,7 +172,7 @@ static void burn_one(builds *b)
 /* ---- the threads ---- */
 
 /* With the lock, which is given up. The last owner frees what is left. */
-static void leave(builds *b)
+static void leave_builds(builds *b)
 {
     bool last = --b->owners == 0;
     pthread_mutex_unlock(&b->lock);
@@ -201,7 +201,7 @@ static void run(builds *b, unsigned thread)
         else
             pthread_cond_wait(&b->work, &b->lock);
     }
-    leave(b);
+    leave_builds(b);
 }
 
 static void *run_all(void *context)
@@ -259,7 +259,7 @@ void builds_destroy(builds *b)
     pthread_cond_broadcast(&b->work);
     size_t count = b->thread_count;
     memcpy(threads, b->threads, sizeof threads);
-    leave(b);
+    leave_builds(b);
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_sec++;
     for (size_t i = 0; i < count; i++)
@@ -302,7 +302,7 @@ void builds_abandon(builds *b, build *of)
     pthread_mutex_lock(&b->lock);
     of->abandoned = of->state == BUILD_UNDER_WAY;
     bool ours = !of->abandoned;
-    if (ours) forget(b, of);
+    if (ours) forget_build(b, of);
     if (of->state == BUILD_READY && !of->awaited) b->ready_count--;
     pthread_mutex_unlock(&b->lock);
     if (!ours) return;
@@ -364,7 +364,7 @@ void builds_wait(builds *b, build *of, void (*alive)(void *context), void *conte
 void builds_end(builds *b, build *of, built *out)
 {
     pthread_mutex_lock(&b->lock);
-    forget(b, of);
+    forget_build(b, of);
     pthread_mutex_unlock(&b->lock);
     *out = of->result;
     of->result = (built){.same = 0};

@@ -2,6 +2,7 @@
  * walked in step, field by field, by the table of fields. */
 #include "compare.h"
 
+#include "streams.h"
 #include "wire/wire_schema.h"
 
 #include <inttypes.h>
@@ -16,6 +17,12 @@ static bool is_of_the_run(const char *field)
 }
 
 /* ---- one number of one field ---- */
+
+/* What a later release has told beside. */
+static bool is_compared(const wire_field *f)
+{
+    return strcmp(f->name, "extensions") != 0;
+}
 
 static bool is_array(const wire_field *f)
 {
@@ -66,7 +73,7 @@ static bool same(const wire_message *a, const wire_message *b, const wire_field 
     return memcmp(number_at(a, f, i), number_at(b, f, k), size_of(f)) == 0;
 }
 
-static void show(const wire_message *m, const wire_field *f, uint32_t i, char out[COMPARE_VALUE_MAX])
+static void show_value(const wire_message *m, const wire_field *f, uint32_t i, char out[COMPARE_VALUE_MAX])
 {
     const void *at = is_text(f) ? NULL : number_at(m, f, i);
     int32_t i32;
@@ -114,7 +121,7 @@ typedef struct reach {
 
 static bool has_impact(const wire_event_batch *b, uint32_t event)
 {
-    return b->kinds.at[event] == WIRE_EVENT_IMPACT || b->kinds.at[event] == WIRE_EVENT_FORETOLD;
+    return b->kinds.at[event] == WIRE_EVENT_IMPACT || b->kinds.at[event] == WIRE_EVENT_PREDICTED;
 }
 
 static reach reach_of(const wire_message *m, const wire_field *f, uint32_t event)
@@ -156,8 +163,8 @@ static void tell_field(difference *d, const wire_message *a, const wire_message 
         snprintf(to->name, sizeof to->name, most > 1 ? "%.40s[%u]" : "%.40s", f->name, i);
         snprintf(to->recorded, sizeof to->recorded, "none");
         snprintf(to->replayed, sizeof to->replayed, "none");
-        if (i < x.count) show(a, f, x.first + i, to->recorded);
-        if (i < y.count) show(b, f, y.first + i, to->replayed);
+        if (i < x.count) show_value(a, f, x.first + i, to->recorded);
+        if (i < y.count) show_value(b, f, y.first + i, to->replayed);
     }
 }
 
@@ -171,14 +178,18 @@ static void name_event(const wire_message *m, uint32_t event, char *out, size_t 
         [WIRE_EVENT_UNKNOWN] = "unknown",
         [WIRE_EVENT_KNOWN] = "known",
         [WIRE_EVENT_IMPACT] = "impact",
-        [WIRE_EVENT_FORETOLD] = "foretold",
+        [WIRE_EVENT_PREDICTED] = "foretold",
         [WIRE_EVENT_AVERTED] = "averted"};
     const wire_event_batch *b = &m->event_batch;
     if (event >= b->kinds.count) {
         snprintf(out, size, "nothing");
         return;
     }
-    snprintf(out, size, "%s of contact %" PRId64 ", \"%s\" and \"%s\"", KINDS[b->kinds.at[event]],
+    uint8_t kind = b->kinds.at[event];
+    char words[24];
+    snprintf(words, sizeof words, "unknown kind %u", kind);
+    bool is_known = kind < sizeof KINDS / sizeof *KINDS && KINDS[kind];
+    snprintf(out, size, "%s of contact %" PRId64 ", \"%s\" and \"%s\"", is_known ? KINDS[kind] : words,
         b->contacts.at[event], b->names_a.at[event], b->names_b.at[event]);
 }
 
@@ -193,8 +204,8 @@ static bool differ_in_head(const wire_message *a, const wire_message *b, differe
         compared_field *to = next_field(d);
         if (!to) continue;
         snprintf(to->name, sizeof to->name, "%s", f->name);
-        show(a, f, 0, to->recorded);
-        show(b, f, 0, to->replayed);
+        show_value(a, f, 0, to->recorded);
+        show_value(b, f, 0, to->replayed);
     }
     if (!d->field_count) return false;
     d->event = -1;
@@ -208,7 +219,7 @@ static bool differ_in_event(const wire_message *a, const wire_message *b, uint32
     const wire_schema *s = wire_schema_of(WIRE_EVENT_BATCH);
     bool both = event < a->event_batch.kinds.count && event < b->event_batch.kinds.count;
     for (uint32_t i = 0; both && i < s->field_count; i++)
-        if (is_array(&s->fields[i]) && !same_event(a, b, &s->fields[i], event))
+        if (is_array(&s->fields[i]) && is_compared(&s->fields[i]) && !same_event(a, b, &s->fields[i], event))
             tell_field(d, a, b, &s->fields[i], event);
     if (both && !d->field_count) return false;
     d->event = event;
@@ -246,7 +257,7 @@ static bool next_recorded(walk *w, wire_message *out)
     if (w->told.size < sizeof size) return false;
     memcpy(&size, w->told.bytes, sizeof size);
     wire_memory_reset(w->memory);
-    bool good = wire_lcm_decode(w->told.bytes + sizeof size, size, w->memory, out, &why) == WIRE_OK;
+    bool good = wire_lcm_decode_recorded(w->told.bytes + sizeof size, size, w->memory, out, &why) == WIRE_OK;
     w->told.bytes += sizeof size + size;
     w->told.size -= sizeof size + size;
     return good;

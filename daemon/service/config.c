@@ -265,7 +265,7 @@ const config_option *config_options(size_t *count)
 
 /* ---- values ---- */
 
-static int refuse(char *why, size_t size, const config_option *o, const char *value, const char *allowed)
+static int refuse_value(char *why, size_t size, const config_option *o, const char *value, const char *allowed)
 {
     snprintf(why, size, "%s = \"%.80s\": allowed is %s", o->key, value, allowed);
     return -1;
@@ -280,7 +280,7 @@ static int set_number(config *c, const config_option *o, const char *value, char
     snprintf(allowed, sizeof allowed, "a %snumber from %.10g to %.10g%s%s", whole ? "whole " : "", o->least, o->most,
         *o->unit ? " " : "", o->unit);
     bool good = end != value && !*end && !errno && number >= o->least && number <= o->most;
-    if (!good || (whole && number != floor(number))) return refuse(why, why_size, o, value, allowed);
+    if (!good || (whole && number != floor(number))) return refuse_value(why, why_size, o, value, allowed);
     if (whole)
         *(long *)((char *)c + o->offset) = (long)number;
     else
@@ -292,7 +292,7 @@ static int set_yes(config *c, const config_option *o, const char *value, char *w
 {
     bool yes = !strcmp(value, "yes") || !strcmp(value, "true") || !strcmp(value, "1");
     bool no = !strcmp(value, "no") || !strcmp(value, "false") || !strcmp(value, "0");
-    if (!yes && !no) return refuse(why, why_size, o, value, "yes or no");
+    if (!yes && !no) return refuse_value(why, why_size, o, value, "yes or no");
     *(bool *)((char *)c + o->offset) = yes;
     return 0;
 }
@@ -311,10 +311,11 @@ static bool is_choice(const char *choices, const char *value)
 static int set_text(config *c, const config_option *o, const char *value, char *why, size_t why_size)
 {
     char allowed[96];
-    if (o->type == CONFIG_CHOICE && !is_choice(o->choices, value)) return refuse(why, why_size, o, value, o->choices);
+    if (o->type == CONFIG_CHOICE && !is_choice(o->choices, value))
+        return refuse_value(why, why_size, o, value, o->choices);
     if (strlen(value) >= o->size) {
         snprintf(allowed, sizeof allowed, "at most %zu characters", o->size - 1);
-        return refuse(why, why_size, o, value, allowed);
+        return refuse_value(why, why_size, o, value, allowed);
     }
     memcpy((char *)c + o->offset, value, strlen(value) + 1);
     return 0;

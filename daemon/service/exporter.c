@@ -71,7 +71,7 @@ struct exporter {
 
 /* ---- pages ---- */
 
-static void let_go(exporter *e, shown *page)
+static void let_go_of_page(exporter *e, shown *page)
 {
     if (!page) return;
     pthread_mutex_lock(&e->lock);
@@ -101,16 +101,16 @@ static void turn_to(connection *c, state next)
 
 static void hang_up(exporter *e, connection *c)
 {
-    let_go(e, c->page);
+    let_go_of_page(e, c->page);
     c->page = NULL;
     close(c->fd);
     c->state = FREE;
 }
 
 /* So that the answer is read: who is sent data and has not read it is told of nothing but a reset. */
-static void leave(exporter *e, connection *c)
+static void leave_connection(exporter *e, connection *c)
 {
-    let_go(e, c->page);
+    let_go_of_page(e, c->page);
     c->page = NULL;
     shutdown(c->fd, SHUT_WR);
     c->left = 0;
@@ -218,7 +218,7 @@ static bool read_some(exporter *e, connection *c)
     return n > 0;
 }
 
-static bool answer_some(exporter *e, connection *c)
+static bool send_response(exporter *e, connection *c)
 {
     size_t total = c->header_size + c->body_size;
     while (c->sent < total) {
@@ -235,10 +235,10 @@ static bool answer_some(exporter *e, connection *c)
         c->sent += (size_t)n;
     }
     if (!c->keeps) {
-        leave(e, c);
+        leave_connection(e, c);
         return true;
     }
-    let_go(e, c->page);
+    let_go_of_page(e, c->page);
     c->page = NULL;
     turn_to(c, READING);
     take_request(e, c);
@@ -260,7 +260,7 @@ static void go_on(exporter *e, connection *c)
 {
     bool more = true;
     for (int i = 0; i < HANDLED_MAX && more && c->state != FREE; i++)
-        more = c->state == READING ? read_some(e, c) : c->state == ANSWERING ? answer_some(e, c) : leave_some(e, c);
+        more = c->state == READING ? read_some(e, c) : c->state == ANSWERING ? send_response(e, c) : leave_some(e, c);
 }
 
 static int64_t end_of(const connection *c)
@@ -373,13 +373,13 @@ static int listen_at(const char *address, uint16_t port)
     return -1;
 }
 
-static void free_all(exporter *e)
+static void free_exporter(exporter *e)
 {
     for (size_t i = 0; i < CONNECTIONS_MAX; i++)
         if (e->connections[i].state != FREE) hang_up(e, &e->connections[i]);
     if (e->listens >= 0) close(e->listens);
     if (e->wakes >= 0) close(e->wakes);
-    let_go(e, e->page);
+    let_go_of_page(e, e->page);
     pthread_mutex_destroy(&e->lock);
     free(e);
 }
@@ -401,7 +401,7 @@ exporter *exporter_start(uint16_t port, const char *address, const char *hosts, 
             strerror(error));
     else
         snprintf(why, why_size, "metrics_port = %u: %s: choose another port, or 0 for none", port, strerror(error));
-    free_all(e);
+    free_exporter(e);
     return NULL;
 }
 
@@ -415,7 +415,7 @@ void exporter_show(exporter *e, const char *page, size_t size, const char *unrea
     e->page = next;
     snprintf(e->unready, sizeof e->unready, "%s", unready ? unready : "");
     pthread_mutex_unlock(&e->lock);
-    let_go(e, old);
+    let_go_of_page(e, old);
 }
 
 void exporter_stop(exporter *e)
@@ -425,5 +425,5 @@ void exporter_stop(exporter *e)
     e->stop = true;
     if (write(e->wakes, &one, sizeof one) < 0) log_error("metrics: %s", strerror(errno));
     pthread_join(e->thread, NULL);
-    free_all(e);
+    free_exporter(e);
 }

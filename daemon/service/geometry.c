@@ -4,6 +4,10 @@
  * the same number by number, or else built: at once what is small, the rest by the threads of builds.c, compared and
  * hashed there. When a build is put off, and when it is over, is a command that is recorded. It goes when no body holds
  * it and nobody claims it. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "service.h"
 #include "standby.h"
 
@@ -32,7 +36,7 @@ static bool is_ready(const geometry *g)
     return g->hull || g->mesh;
 }
 
-static wire_reason refuse(wire_refusal *why, wire_reason reason, const char *text)
+static wire_reason refuse_piece(wire_refusal *why, wire_reason reason, const char *text)
 {
     why->reason = reason;
     snprintf(why->text, sizeof why->text, "%s", text);
@@ -64,7 +68,7 @@ int64_t geometry_claimed(service *s, int64_t client, int64_t hash)
     return c ? c->geometry : 0;
 }
 
-static int64_t bytes_of(const geometry *g)
+static int64_t bytes_of_geometry(const geometry *g)
 {
     return geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
 }
@@ -104,7 +108,7 @@ static void claim(session *c, geometry *g)
     c->geometries_taken_back--;
     g->claims++;
     c->geometry_count++;
-    c->geometry_bytes += bytes_of(g);
+    c->geometry_bytes += bytes_of_geometry(g);
 }
 
 /* What it was for goes at the next sweep, if nobody else wants it. */
@@ -113,7 +117,7 @@ static void disclaim(service *s, session *c, geometry_claim *at)
     geometry *g = find(s, at->geometry);
     if (!g) return;
     c->geometry_count--;
-    c->geometry_bytes -= bytes_of(g);
+    c->geometry_bytes -= bytes_of_geometry(g);
     c->geometries_taken_back++;
     g->claims--;
     s->geometries_loose = true;
@@ -129,7 +133,7 @@ static void own_numbers(geometry *g, geometry_numbers *n)
     g->indices = n->indices;
 }
 
-static geometry *add(service *s, session *c, const wire_geometry *m)
+static geometry *add_geometry(service *s, session *c, const wire_geometry *m)
 {
     size_t place = s->geometry_hint;
     while (place < s->geometries.count && s->geometries.at[place].id) place++;
@@ -178,7 +182,7 @@ static void end_building(service *s, geometry *g)
     g->build = NULL;
 }
 
-static void drop(service *s, geometry *g)
+static void drop_geometry(service *s, geometry *g)
 {
     size_t place = (size_t)(g - s->geometries.at);
     if (g->completed) leave_whole(s, g);
@@ -389,7 +393,7 @@ static void take_build(service *s, geometry *g)
     s->hull_came = true;
     if (same) {
         move_claims(s, g, same);
-        drop(s, g);
+        drop_geometry(s, g);
         return;
     }
     g->hull = b.hull;
@@ -398,7 +402,7 @@ static void take_build(service *s, geometry *g)
     if (is_ready(g))
         tell_ready(g);
     else
-        drop(s, g);
+        drop_geometry(s, g);
 }
 
 /* Who means it, of several the first: so it is called in recordings. NULL: nobody. */
@@ -466,7 +470,7 @@ static wire_reason complete(service *s, geometry *g, session *c, wire_refusal *w
         find_claim(s, c->client, g->hash)->geometry = there->id;
         there->claims++;
         g->claims--;
-        drop(s, g);
+        drop_geometry(s, g);
         return WIRE_OK;
     }
     built b;
@@ -476,7 +480,7 @@ static wire_reason complete(service *s, geometry *g, session *c, wire_refusal *w
         geometry_claim *refused = find_claim(s, c->client, g->hash);
         disclaim(s, c, refused);
         refused->sequence = 0; /* a copy is refused, too */
-        drop(s, g);
+        drop_geometry(s, g);
         return why->reason;
     }
     g->hull = b.hull;
@@ -501,15 +505,15 @@ static wire_reason put_piece(service *s, session *c, geometry *g, const wire_geo
 {
     if (m->kind != g->kind || m->pieces != g->pieces || (size_t)m->vertex_numbers != g->vertex_numbers ||
         (size_t)m->index_numbers != g->index_numbers)
-        return refuse(why, WIRE_MALFORMED, "pieces: they do not belong to one geometry");
+        return refuse_piece(why, WIRE_MALFORMED, "pieces: they do not belong to one geometry");
     geometry_share share = geometry_share_of(g, m->piece);
     if (m->vertices.count != share.vertices || m->indices.count != share.indices)
-        return refuse(why, WIRE_MALFORMED, "pieces: one does not hold its share of the whole");
+        return refuse_piece(why, WIRE_MALFORMED, "pieces: one does not hold its share of the whole");
     size_t v = share.vertices * sizeof *g->vertices, i = share.indices * sizeof *g->indices;
     bool has = !g->has || g->has[m->piece];
     bool other = has && ((v && memcmp(g->vertices + share.first_vertex, m->vertices.at, v) != 0) ||
                             (i && memcmp(g->indices + share.first_index, m->indices.at, i) != 0));
-    if (other) return refuse(why, WIRE_BAD_HASH, "hash: you have sent other content under it");
+    if (other) return refuse_piece(why, WIRE_BAD_HASH, "hash: you have sent other content under it");
     if (has) return WIRE_OK;
     if (v) memcpy(g->vertices + share.first_vertex, m->vertices.at, v);
     if (i) memcpy(g->indices + share.first_index, m->indices.at, i);
@@ -565,7 +569,7 @@ static void take_back(service *s, session *c, const wire_geometry *m)
     if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
 }
 
-static void let_go(service *s, session *c)
+static void let_go_of_claims(service *s, session *c)
 {
     c->claims_leave = false;
     for (size_t k = 0; k < c->claims.count; k++) {
@@ -583,7 +587,7 @@ void geometry_let_go(service *s)
     bool some = false;
     for (size_t i = 0; s->claims_leave && i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
-        if (c->claims_leave) let_go(s, c);
+        if (c->claims_leave) let_go_of_claims(s, c);
         some |= c->claims_leave;
     }
     s->claims_leave = some;
@@ -615,7 +619,7 @@ wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_re
     if (check_size(m, why) != WIRE_OK) return why->reason;
     if (!g && apply_limit(s, count_wanted(s), s->config.max_geometries, "max_geometries", why)) return why->reason;
     if (!g && !limits_geometry(s, c, m, why)) return why->reason;
-    if (!g) g = add(s, c, m);
+    if (!g) g = add_geometry(s, c, m);
     bool was_whole = !g->has;
     if (put_piece(s, c, g, m, why) != WIRE_OK) return why->reason;
     at = find_claim(s, m->client, m->hash);
@@ -697,14 +701,14 @@ void geometry_sweep(service *s)
     s->geometries_loose = false;
     for (size_t i = 0; i < s->geometries.count; i++) {
         geometry *g = &s->geometries.at[i];
-        if (g->id && !g->users && !g->claims) drop(s, g);
+        if (g->id && !g->users && !g->claims) drop_geometry(s, g);
     }
 }
 
 void geometry_free_all(service *s)
 {
     for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].id) drop(s, &s->geometries.at[i]);
+        if (s->geometries.at[i].id) drop_geometry(s, &s->geometries.at[i]);
     array_free(&s->geometries);
     array_free(&s->told_builds);
     s->geometry_hint = 0;

@@ -1,8 +1,10 @@
 /* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
  */
 #include "health.h"
+#include "clients.h"
 #include "memory.h"
 #include "standby.h"
+#include "streams.h"
 #include "suspect.h"
 
 #include <inttypes.h>
@@ -40,6 +42,8 @@ void health_register(service *s)
     s->count.events_out = metrics_add(m, "events_out", "events published");
     s->count.answers = metrics_add(m, "answers", "queries answered");
     s->count.queries_cut = metrics_add(m, "queries_cut", "queries given up, since they held the tick for too long");
+    s->count.unknown_extensions =
+        metrics_add(m, "unknown_extensions", "extensions of messages that this release does not know: passed over");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
     s->count.budget_over = metrics_add(m, "budget_over", "ticks that took more than 1.2 times budget_us");
     s->count.clock_steps = metrics_add(m, "clock_steps", "times that the wall clock was set back");

@@ -1,5 +1,6 @@
 /* health_clients: what Status tells of each client: who it is, what it has, how old it is, and what it costs; and of
  * those that were lost. Of the first SHEET_NAMED_MAX; the others count in the sums. Tick thread. */
+#include "clients.h"
 #include "health.h"
 
 #include <inttypes.h>

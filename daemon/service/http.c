@@ -96,7 +96,7 @@ static text next_word(text *line)
     return word;
 }
 
-static void refuse(http_request *r, unsigned status, const char *says)
+static void refuse_request(http_request *r, unsigned status, const char *says)
 {
     if (r->status != 200) return; /* the first reason counts */
     r->status = status;
@@ -117,14 +117,15 @@ static void read_first(http_request *r, text line, bool *is_old)
     *is_old = version.size == 8 && memcmp(version.at, "HTTP/1.0", 8) == 0;
     bool is_new = version.size == 8 && memcmp(version.at, "HTTP/1.1", 8) == 0;
     bool numbered = version.size >= 5 && memcmp(version.at, "HTTP/", 5) == 0;
-    if (!is_printable(line) || !method.size || !target.size || !numbered) refuse(r, 400, "this is no request");
-    if (!is_new && !*is_old) refuse(r, 505, "HTTP/1.0 and HTTP/1.1 are spoken here");
+    if (!is_printable(line) || !method.size || !target.size || !numbered) refuse_request(r, 400, "this is no request");
+    if (!is_new && !*is_old) refuse_request(r, 505, "HTTP/1.0 and HTTP/1.1 are spoken here");
     r->head = method.size == 4 && memcmp(method.at, "HEAD", 4) == 0;
-    if (!r->head && !(method.size == 3 && memcmp(method.at, "GET", 3) == 0)) refuse(r, 405, "GET and HEAD are allowed");
+    if (!r->head && !(method.size == 3 && memcmp(method.at, "GET", 3) == 0))
+        refuse_request(r, 405, "GET and HEAD are allowed");
     const char *query = memchr(target.at, '?', target.size);
     size_t length = query ? (size_t)(query - target.at) : target.size;
-    if (target.size && target.at[0] != '/') refuse(r, 400, "a path begins with /");
-    if (length >= sizeof r->path) refuse(r, 404, "there is no such page");
+    if (target.size && target.at[0] != '/') refuse_request(r, 400, "a path begins with /");
+    if (length >= sizeof r->path) refuse_request(r, 404, "there is no such page");
     if (r->status != 200) return;
     memcpy(r->path, target.at, length);
     r->keeps = is_new;
@@ -169,17 +170,17 @@ static void read_field(http_request *r, text line, fields *f)
     const char *colon = memchr(line.at, ':', line.size);
     text name = {line.at, colon ? (size_t)(colon - line.at) : 0};
     if (!name.size || memchr(name.at, ' ', name.size) || memchr(name.at, '\t', name.size)) {
-        refuse(r, 400, "a header field has a name, a colon and a value");
+        refuse_request(r, 400, "a header field has a name, a colon and a value");
         return;
     }
     text value = trimmed((text){colon + 1, line.size - name.size - 1});
     if (is(name, "Host")) f->host = value, f->hosts++;
     if (is(name, "Origin")) f->origin = value, f->has_origin = true;
     if (is(name, "Connection") && lists(value, "close")) r->keeps = false;
-    if (is(name, "Upgrade") || is(name, "HTTP2-Settings")) refuse(r, 400, "there is nothing to upgrade to");
+    if (is(name, "Upgrade") || is(name, "HTTP2-Settings")) refuse_request(r, 400, "there is nothing to upgrade to");
     if (is(name, "Transfer-Encoding") || (is(name, "Content-Length") && !is(value, "0")))
-        refuse(r, 413, "a request has no body here");
-    if (is(name, "Expect")) refuse(r, 417, "there is nothing to expect");
+        refuse_request(r, 413, "a request has no body here");
+    if (is(name, "Expect")) refuse_request(r, 417, "there is nothing to expect");
 }
 
 http_request http_read(const char *head, size_t size, const http_rules *rules)
@@ -190,9 +191,11 @@ http_request http_read(const char *head, size_t size, const http_rules *rules)
     bool is_old;
     read_first(&r, next_line(&rest), &is_old);
     for (text line = next_line(&rest); line.size; line = next_line(&rest)) read_field(&r, line, &f);
-    if (f.hosts > 1 || (!f.hosts && !is_old)) refuse(&r, 400, "a request names one Host");
+    if (f.hosts > 1 || (!f.hosts && !is_old)) refuse_request(&r, 400, "a request names one Host");
     if (f.hosts && !http_host_fits(f.host.at, f.host.size, rules))
-        refuse(&r, 421, "this is nobody's page under that Host: the daemon's metrics_hosts lists further names");
-    if (f.has_origin && !is_own_origin(f.origin, f.host)) refuse(&r, 403, "this is not for pages of another Origin");
+        refuse_request(
+            &r, 421, "this is nobody's page under that Host: the daemon's metrics_hosts lists further names");
+    if (f.has_origin && !is_own_origin(f.origin, f.host))
+        refuse_request(&r, 403, "this is not for pages of another Origin");
     return r;
 }

@@ -1,5 +1,9 @@
 /* inbox: the commands of one tick. A network has no call order, so one is made: by (client, sequence). Poses of known
  * bodies do not wait here: the newest sequence wins, whatever order they come in. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "service.h"
 #include "shares.h"
 #include "standby.h"
@@ -40,7 +44,7 @@ void inbox_put_lost(service *s, struct link *from, int64_t client)
     array_push(&s->inbox.letters, l);
 }
 
-static int compare(const void *a, const void *b)
+static int compare_letters(const void *a, const void *b)
 {
     const letter *x = a, *y = b;
     if (x->client != y->client) return x->client < y->client ? -1 : 1;
@@ -96,7 +100,7 @@ static void apply_geometries(service *s)
 
 static void sort_letters(inbox *in)
 {
-    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
+    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare_letters);
 }
 
 /* Hulls first, then the other commands, with those that have waited for a hull (pending.c) in their order, then poses
@@ -133,7 +137,7 @@ static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered t
 
 /* In the order in which they came, so that it is their turn who were late in the last tick. The first that is not
  * answered. */
-static size_t answer_some(service *s, const letter *queries, size_t count)
+static size_t answer_queries(service *s, const letter *queries, size_t count)
 {
     int64_t began_ns = clock_monotonic_ns(), now_ns = began_ns;
     size_t i = 0;
@@ -165,7 +169,7 @@ void inbox_answer(service *s)
     for (size_t i = 0; i < in->letters.count; i++)
         if (in->letters.at[i].kind == WIRE_QUERY) array_push(&queries, in->letters.at[i]);
     if (queries.count > 1) qsort(queries.at, queries.count, sizeof *queries.at, compare_offsets);
-    size_t answered = answer_some(s, queries.at, queries.count);
+    size_t answered = answer_queries(s, queries.at, queries.count);
     for (size_t i = queries.count; i-- > answered;)
         if (open_letter(s, &queries.at[i], &m)) shares_defer(s, &queries.at[i], &m);
     array_free(&queries);

@@ -6,7 +6,7 @@ typedef struct head {
     uint8_t kind, link, unused[6];
 } head;
 
-static void put_head(bytes_out *to, journal_entry_kind kind, uint8_t link, size_t size)
+static void put_entry_head(bytes_out *to, journal_entry_kind kind, uint8_t link, size_t size)
 {
     head h = {.size = size, .kind = (uint8_t)kind, .link = link};
     bytes_put(to, &h, sizeof h);
@@ -15,33 +15,33 @@ static void put_head(bytes_out *to, journal_entry_kind kind, uint8_t link, size_
 void journal_put_message(bytes_out *to, uint8_t link, const wire_message *m)
 {
     size_t size = wire_lcm_size(m);
-    put_head(to, ENTRY_MESSAGE, link, size);
+    put_entry_head(to, ENTRY_MESSAGE, link, size);
     array_reserve(to, to->count + size);
     to->count += wire_lcm_encode(m, to->at + to->count, size);
 }
 
 void journal_put_lost(bytes_out *to, uint8_t link, int64_t client)
 {
-    put_head(to, ENTRY_LOST, link, sizeof client);
+    put_entry_head(to, ENTRY_LOST, link, sizeof client);
     bytes_put(to, &client, sizeof client);
 }
 
 void journal_put_reader(bytes_out *to, uint8_t link, const char *stream)
 {
-    put_head(to, ENTRY_READER, link, strlen(stream) + 1);
+    put_entry_head(to, ENTRY_READER, link, strlen(stream) + 1);
     bytes_put_text(to, stream);
 }
 
 void journal_put_build(bytes_out *to, int64_t client, int64_t hash, bool ready)
 {
     const int64_t numbers[3] = {client, hash, ready};
-    put_head(to, ENTRY_BUILD, 0, sizeof numbers);
+    put_entry_head(to, ENTRY_BUILD, 0, sizeof numbers);
     bytes_put(to, numbers, sizeof numbers);
 }
 
 void journal_put_tick(bytes_out *to, int64_t epoch, const wire_log_tick *t)
 {
-    put_head(to, ENTRY_TICK, 0, sizeof epoch + sizeof *t);
+    put_entry_head(to, ENTRY_TICK, 0, sizeof epoch + sizeof *t);
     bytes_put(to, &epoch, sizeof epoch);
     bytes_put(to, t, sizeof *t);
 }

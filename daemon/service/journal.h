@@ -10,17 +10,26 @@
 
 typedef enum journal_kind { /* of a record */
     JOURNAL_TICK,           /* its number, and entries */
-    JOURNAL_STATE,          /* standby_state.c */
+    JOURNAL_STATE,          /* a portion of it (journal_portion); of the tick that was told before the first one */
     JOURNAL_WANT_STATE,     /* from one that joins: the epoch in which it has told what nobody else knows, or 0 */
     JOURNAL_HAVE,           /* from the standby: journal_have */
-    JOURNAL_FOLLOWED,       /* to the standby, by its sender: from here on nobody is told what it does not have */
+    JOURNAL_FOLLOWED,       /* to the standby, journal_followed: from here on nobody is told what it does not have */
     JOURNAL_DROPPED,        /* to the standby: it was too slow, and is waited for no more */
     JOURNAL_LEAVE           /* to the standby: go on */
 } journal_kind;
 
+typedef struct journal_portion {
+    uint64_t whole, offset; /* bytes: of the state (standby_state.c), and where those that follow begin in it */
+} journal_portion;
+
 typedef struct journal_have {
     int64_t to, epoch, tick; /* whose journal; the last tick that has come */
+    int64_t asks;            /* not 0: is it still waited for? */
 } journal_have;
+
+typedef struct journal_followed {
+    int64_t whom, asked; /* by its sender; its last question, or 0 */
+} journal_followed;
 
 typedef enum journal_entry_kind { ENTRY_MESSAGE, ENTRY_LOST, ENTRY_READER, ENTRY_TICK, ENTRY_BUILD } journal_entry_kind;
 

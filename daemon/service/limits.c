@@ -1,6 +1,9 @@
 /* limits: what one client may have in the world, how fast it may talk, and by which link. A limit that is reached is
  * named in the Reject and in Status. Rates and memory are looked at before a message is recorded, and not in a replay:
  * what was refused live is not in the recording. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "memory.h"
 #include "shares.h"
 #include "suspect.h"

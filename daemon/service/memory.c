@@ -2,8 +2,11 @@
 #include "memory.h"
 
 #include "base/log.h"
+#include "clients.h"
+#include "commands.h"
 #include "geom/hull.h"
 #include "geom/mesh.h"
+#include "geometries.h"
 #include "service.h"
 #include "shares.h"
 

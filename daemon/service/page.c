@@ -120,7 +120,7 @@ static const single SINGLES[] = {
     {"coarse_ways", "ways of bodies with more poses in a tick than are searched one by one", false},
 };
 
-__attribute__((format(printf, 2, 3))) static void put(page_text *to, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void put_text(page_text *to, const char *format, ...)
 {
     char line[512];
     va_list words;
@@ -133,9 +133,9 @@ __attribute__((format(printf, 2, 3))) static void put(page_text *to, const char 
     to->count += used;
 }
 
-static void put_head(page_text *to, const char *name, const char *type, const char *help)
+static void put_family_head(page_text *to, const char *name, const char *type, const char *help)
 {
-    put(to, "# HELP collided_%s %s\n# TYPE collided_%s %s\n", name, help, name, type);
+    put_text(to, "# HELP collided_%s %s\n# TYPE collided_%s %s\n", name, help, name, type);
 }
 
 static bool begins(const char *text, const char *with)
@@ -146,13 +146,13 @@ static bool begins(const char *text, const char *with)
 /* A backslash, a quote or an end of line would end the label. */
 static void put_label(page_text *to, const char *name, const char *text)
 {
-    put(to, "%s=\"", name);
-    for (; *text; text++) put(to, strchr("\\\"", *text) ? "\\%c" : "%c", *text == '\n' ? ' ' : *text);
-    put(to, "\"");
+    put_text(to, "%s=\"", name);
+    for (; *text; text++) put_text(to, strchr("\\\"", *text) ? "\\%c" : "%c", *text == '\n' ? ' ' : *text);
+    put_text(to, "\"");
 }
 
 /* Is the last line a figure of that family? Its members follow each other; names that clients chose stand behind. */
-static bool goes_on(const page_text *page, const char *family)
+static bool family_goes_on(const page_text *page, const char *family)
 {
     char begin[128];
     size_t size = (size_t)snprintf(begin, sizeof begin, "collided_%s{", family), at = page->count;
@@ -169,25 +169,25 @@ static bool ends_in(const char *text, size_t length, const char *with)
 static void put_value(page_text *to, bool time, int64_t value)
 {
     if (time)
-        put(to, " %.9g\n", 1e-9 * (double)value);
+        put_text(to, " %.9g\n", 1e-9 * (double)value);
     else
-        put(to, " %" PRId64 "\n", value);
+        put_text(to, " %" PRId64 "\n", value);
 }
 
 static void put_labels(page_text *to, const family *f, const char *text)
 {
     enum { ID_DIGITS = 16 };
-    put(to, "{");
+    put_text(to, "{");
     if (f->label_after && strlen(text) > ID_DIGITS) {
         char id[ID_DIGITS + 1] = "";
         memcpy(id, text, ID_DIGITS);
         put_label(to, f->label, id);
-        put(to, ",");
+        put_text(to, ",");
         put_label(to, f->label_after, text + ID_DIGITS + 1);
     } else {
         put_label(to, f->label, text);
     }
-    put(to, "}");
+    put_text(to, "}");
 }
 
 /* A family's head stands before the first of its lines. */
@@ -196,8 +196,8 @@ static bool put_member(page_text *to, const char *name, int64_t value)
     for (size_t i = 0; i < sizeof FAMILIES / sizeof *FAMILIES; i++) {
         const family *f = &FAMILIES[i];
         if (!begins(name, f->prefix)) continue;
-        if (!goes_on(to, f->name)) put_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
-        put(to, "collided_%s", f->name);
+        if (!family_goes_on(to, f->name)) put_family_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
+        put_text(to, "collided_%s", f->name);
         put_labels(to, f, name + strlen(f->prefix));
         put_value(to, ends_in(f->prefix, strlen(f->prefix), "_ns_"), value);
         return true;
@@ -219,30 +219,30 @@ void page_number(page_text *to, const char *name, const char *help, int64_t valu
     bool time = ends_in(name, length, "_ns");
     snprintf(as, sizeof as, "%.*s%s%s", (int)(time ? length - 3 : length), name, time ? "_seconds" : "",
         gauge ? "" : "_total");
-    put_head(to, as, gauge ? "gauge" : "counter", help ? help : name);
-    put(to, "collided_%s", as);
+    put_family_head(to, as, gauge ? "gauge" : "counter", help ? help : name);
+    put_text(to, "collided_%s", as);
     put_value(to, time, value);
 }
 
 void page_histogram(page_text *to, const histogram *h)
 {
     uint64_t below = 0;
-    put_head(to, h->name, "histogram", h->help);
+    put_family_head(to, h->name, "histogram", h->help);
     for (size_t i = 0; i < h->count; i++) {
         below += h->below[i];
-        put(to, "collided_%s_bucket{le=\"%.9g\"} %" PRIu64 "\n", h->name, h->bounds[i], below);
+        put_text(to, "collided_%s_bucket{le=\"%.9g\"} %" PRIu64 "\n", h->name, h->bounds[i], below);
     }
     uint64_t total = histogram_total(h);
-    put(to, "collided_%s_bucket{le=\"+Inf\"} %" PRIu64 "\n", h->name, total);
-    put(to, "collided_%s_sum %.17g\ncollided_%s_count %" PRIu64 "\n", h->name, h->sum, h->name, total);
+    put_text(to, "collided_%s_bucket{le=\"+Inf\"} %" PRIu64 "\n", h->name, total);
+    put_text(to, "collided_%s_sum %.17g\ncollided_%s_count %" PRIu64 "\n", h->name, h->sum, h->name, total);
 }
 
 void page_build_info(page_text *to, const char *release, const char *daemon)
 {
-    put_head(to, "build_info", "gauge", "always 1: what runs here");
-    put(to, "collided_build_info{");
+    put_family_head(to, "build_info", "gauge", "always 1: what runs here");
+    put_text(to, "collided_build_info{");
     put_label(to, "release", release);
-    put(to, ",");
+    put_text(to, ",");
     put_label(to, "daemon", daemon);
-    put(to, "} 1\n");
+    put_text(to, "} 1\n");
 }

@@ -4,6 +4,9 @@
  * the newest of its poses. The places of those that are
  * gone are closed up when they are many, and after the commands of each tick. Everything here is decided by counts,
  * commands and the recorded clock. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -54,7 +57,7 @@ static void count_one(service *s, const pending_body *p, int sign)
 }
 
 /* Of its client's map, by its place. */
-static void enter(service *s, uint32_t place)
+static void enter_pending(service *s, uint32_t place)
 {
     const pending_body *p = &s->pending.at[place];
     session *c = session_find(s, p->client);
@@ -77,7 +80,7 @@ static void close_gaps(service *s)
         note_wait(s, &s->pending.at[i]);
         if (kept != i) {
             s->pending.at[kept] = s->pending.at[i];
-            enter(s, (uint32_t)kept);
+            enter_pending(s, (uint32_t)kept);
         }
         kept++;
     }
@@ -104,7 +107,7 @@ static void remove_one(service *s, pending_body *p)
 /* ---- coming ---- */
 
 /* Those that wait take a place, too, and their bytes; what is of the same body makes room. */
-static bool has_room(service *s, const session *c, const pending_body *p, wire_refusal *why)
+static bool has_room_for_body(service *s, const session *c, const pending_body *p, wire_refusal *why)
 {
     const config *f = &s->config;
     world_figures now = world_get_figures(s->world);
@@ -137,11 +140,11 @@ static pending_body make(service *s, const letter *l, const wire_body *m)
     return p;
 }
 
-static void add(service *s, const pending_body *p)
+static void add_pending_body(service *s, const pending_body *p)
 {
     if (!s->pending_missing) s->pending_since_ns = INT64_MAX;
     array_push(&s->pending, *p);
-    enter(s, (uint32_t)(s->pending.count - 1));
+    enter_pending(s, (uint32_t)(s->pending.count - 1));
     count_one(s, p, 1);
     note_wait(s, p);
 }
@@ -153,13 +156,13 @@ void pending_put(service *s, const letter *l, const wire_body *m)
     const owned_body *b = session_body(c, m->body);
     pending_body p = make(s, l, m);
     p.is_new = !b || b->world_id == WORLD_NONE;
-    if (p.builds && !has_room(s, c, &p, &why)) {
+    if (p.builds && !has_room_for_body(s, c, &p, &why)) {
         apply_reject(s, l->link, WIRE_BODY, l->client, l->sequence, m->body, &why);
         free_body(&p);
         return;
     }
     if (p.builds) pending_supersede(s, c, m, &p.pose);
-    add(s, &p);
+    add_pending_body(s, &p);
 }
 
 pending_copy pending_is_copy(const service *s, const session *c, const wire_body *m)
@@ -283,7 +286,7 @@ void pending_forget(service *s, int64_t client, int64_t before)
 
 void pending_restore(service *s, pending_body *p)
 {
-    add(s, p);
+    add_pending_body(s, p);
 }
 
 void pending_free_all(service *s)

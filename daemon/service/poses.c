@@ -1,5 +1,7 @@
 /* poses: batches of poses to the world, by arrays: first who is meant, then which of them are newer than what is known,
  * then all of these at once. Messages have been checked by the link (wire_check). Tick thread. */
+#include "clients.h"
+#include "commands.h"
 #include "service.h"
 
 #include <inttypes.h>
@@ -18,7 +20,7 @@ void poses_free(service *s)
     array_free(&s->posing.left_out);
 }
 
-static void make_room(posing *p, size_t count)
+static void make_room_for_poses(posing *p, size_t count)
 {
     array_reserve(&p->owned, count);
     array_reserve(&p->ids, count);
@@ -58,7 +60,7 @@ static size_t find_bodies(service *s, session *c, const wire_pose_batch *m)
 {
     posing *p = &s->posing;
     size_t next = 0, unknown = 0;
-    make_room(p, m->bodies.count);
+    make_room_for_poses(p, m->bodies.count);
     p->is_run = c && find_run(c, m, &p->first);
     if (p->is_run) return 0;
     for (uint32_t i = 0; i < m->bodies.count; i++) {
@@ -157,7 +159,7 @@ void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p)
         .teleports = teleports,
         .stamp_ns = p->stamp_ns};
     if (p->sequence <= *last) return;
-    make_room(&s->posing, 1);
+    make_room_for_poses(&s->posing, 1);
     world_move_bodies(s->world, &poses, s->posing.left_out.at);
     *last = p->sequence;
 }
@@ -231,7 +233,7 @@ void apply_count_refused(session *c, uint32_t more, wire_reason reason)
     c->refused.count += (int32_t)(more < room ? more : room);
 }
 
-static void tell(service *s, struct link *from, const wire_pose_batch *m, const tally *t)
+static void tell_of_poses(service *s, struct link *from, const wire_pose_batch *m, const tally *t)
 {
     wire_refusal why;
     if (t->late) metric_count(s->count.late_poses, t->late);
@@ -275,7 +277,7 @@ static void tell_newest(const service *s, struct link *to, int64_t client, int64
 }
 
 /* The bodies have been found. */
-static void carry_out(service *s, session *c, struct link *from, const wire_pose_batch *m)
+static void apply_poses_of(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     tally t = {.first_unknown = -1, .first_older = -1};
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
@@ -292,13 +294,13 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     tell_newest(s, from, m->client, t.newest);
     if (c && m->step) apply_count_refused(c, t.unknown + t.waiting, WIRE_UNKNOWN_BODY);
     if (c && m->step) apply_count_refused(c, t.older, WIRE_OLD_POSE);
-    tell(s, from, m, &t);
+    tell_of_poses(s, from, m, &t);
 }
 
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     find_bodies(s, c, m);
-    carry_out(s, c, from, m);
+    apply_poses_of(s, c, from, m);
 }
 
 /* A batch waits for the commands of this tick, once, if some of its client are among them or it has a body that is not
@@ -314,5 +316,5 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
     }
     if (c && m->sequence != STEP_IN_ITS_NAME) c->heard_ns = s->monotonic_ns;
     if (c && steps_take(s, c, from, m)) return;
-    carry_out(s, c, from, m);
+    apply_poses_of(s, c, from, m);
 }

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 /* One number, or -1. */
-static long number_at(const char **text)
+static long take_cpu_number(const char **text)
 {
     char *end;
     if (**text < '0' || **text > '9') return -1;
@@ -25,10 +25,10 @@ bool realtime_processors(const char *list, cpu_set_t *set, char *why, size_t why
     const char *at = list;
     CPU_ZERO(set);
     for (;;) {
-        long first = number_at(&at), last = first;
+        long first = take_cpu_number(&at), last = first;
         if (first >= 0 && *at == '-') {
             at++;
-            last = number_at(&at);
+            last = take_cpu_number(&at);
         }
         if (first < 0 || last < first || (*at && *at != ',')) break;
         for (long i = first; i <= last; i++) CPU_SET((size_t)i, set);

@@ -2,8 +2,12 @@
  * that begins in the middle starts with what is announced now as if it came anew, for who reads it, and with the whole
  * state, from which a replay goes on. A thread of its own writes it (record_file.h). When the disk refuses, or a limit
  * is reached, the recording ends, is counted, and the world goes on. Tick thread. */
+#include "clients.h"
+#include "commands.h"
 #include "record_file.h"
+#include "recordings.h"
 #include "service.h"
+#include "streams.h"
 
 #include "base/log.h"
 
@@ -23,7 +27,7 @@ enum {
 };
 
 /* No more is put into it. */
-static void let_go(service *s)
+static void let_go_of_recording(service *s)
 {
     wire_log_close(s->recording ? s->recording : s->record_next);
     s->recording = s->record_next = NULL;
@@ -35,7 +39,7 @@ static void let_go(service *s)
 }
 
 /* It has ended of itself. */
-static void tell_end(service *s, const record_file *f, const char *path)
+static void tell_end_of_recording(service *s, const record_file *f, const char *path)
 {
     const char *option, *why = record_file_why(f, &option);
     log_error("recording to %s ends: %s", path, why);
@@ -47,12 +51,12 @@ static void check_file(service *s)
 {
     const char *option;
     if (!s->recording_to || record_file_look(s->recording_to, 0) != RECORD_FILE_ENDED) return;
-    tell_end(s, s->recording_to, record_file_path(s->recording_to));
+    tell_end_of_recording(s, s->recording_to, record_file_path(s->recording_to));
     if (s->record_next && s->record_reply.to) { /* whoever asked for it is told that it did not come to that */
         s->record_reply.answer.status = s->record_wish.status = WIRE_ANSWER_UNSUPPORTED;
         snprintf(s->record_wish.text, sizeof s->record_wish.text, "%.400s", record_file_why(s->recording_to, &option));
     }
-    let_go(s);
+    let_go_of_recording(s);
 }
 
 static void check(service *s, int result)
@@ -60,7 +64,7 @@ static void check(service *s, int result)
     if (result == 0) return;
     log_error("recording to %s ends: %s", record_file_path(s->recording_to), strerror(errno));
     metric_count(s->count.record_failures, 1);
-    let_go(s);
+    let_go_of_recording(s);
 }
 
 static void close_ended(service *s, int wait_ms)
@@ -72,7 +76,7 @@ static void close_ended(service *s, int wait_ms)
 }
 
 /* 0, or -1: it cannot be made. What a slow disk says later is told by check_file. */
-static int open_file(service *s, const record_terms *terms, int wait_ms, char *why, size_t why_size)
+static int open_recording(service *s, const record_terms *terms, int wait_ms, char *why, size_t why_size)
 {
     const char *option;
     close_ended(s, 0);
@@ -111,7 +115,7 @@ static int start(service *s, const record_terms *terms, const int64_t *client, i
         snprintf(why, why_size, "already recording to %s", record_file_path(s->recording_to));
         return -1;
     }
-    if (open_file(s, terms, wait_ms, why, why_size) != 0) return -1;
+    if (open_recording(s, terms, wait_ms, why, why_size) != 0) return -1;
     s->recording_of =
         (record_beginner){.by_query = client != NULL, .client = client ? *client : 0, .since_ns = s->monotonic_ns};
     log_notice("recording to %s", record_file_path(s->recording_to));
@@ -237,7 +241,7 @@ void record_stop(service *s)
     snprintf(path, sizeof path, "%s", record_file_path(s->recording_to));
     check_file(s);
     if (!s->recording_to) return;
-    let_go(s);
+    let_go_of_recording(s);
     log_notice("recording to %s ended", path);
     close_ended(s, HERE_MS);
 }

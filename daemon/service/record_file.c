@@ -83,7 +83,7 @@ static void end_with_error(record_file *f, const char *doing)
     end_with(f, "", why);
 }
 
-static void folder_of(const char *path, char folder[PATH_ROOM])
+static void folder_of_path(const char *path, char folder[PATH_ROOM])
 {
     snprintf(folder, PATH_ROOM, "%s", path);
     char *slash = strrchr(folder, '/');
@@ -148,10 +148,10 @@ static void say_too_full(record_file *f)
     end_with(f, "record_keep_free", why);
 }
 
-static bool open_file(record_file *f)
+static bool open_piece(record_file *f)
 {
     char path[PATH_ROOM], folder[PATH_ROOM], why[PATH_ROOM + 128];
-    folder_of(f->asked, folder);
+    folder_of_path(f->asked, folder);
     if (f->terms.most_files && recordings_in(folder) >= f->terms.most_files) {
         snprintf(why, sizeof why, "record_max_files = %" PRId64 " is reached: move some out of %s", f->terms.most_files,
             folder);
@@ -212,7 +212,7 @@ static void frame_state(piece *p)
     p->bytes = framed;
 }
 
-static bool has_room(record_file *f, size_t more)
+static bool has_room_for_bytes(record_file *f, size_t more)
 {
     char why[128];
     if (f->size + (int64_t)more > f->terms.most_bytes) {
@@ -228,7 +228,7 @@ static bool has_room(record_file *f, size_t more)
 static bool write_piece(record_file *f, piece *p)
 {
     if (p->is_state) frame_state(p);
-    if (!has_room(f, p->bytes.count)) return false;
+    if (!has_room_for_bytes(f, p->bytes.count)) return false;
     if (!f->unsynced) f->since_ns = clock_monotonic_ns();
     f->unsynced = true;
     if (write_all(f, p->bytes.at, p->bytes.count) != 0) {
@@ -307,7 +307,7 @@ static void write_and_sync(record_file *f)
 }
 
 /* Touched, page by page: whoever fills it finds it there. */
-static bytes_out make_room(size_t size)
+static bytes_out make_bytes(size_t size)
 {
     bytes_out room = {0};
     array_reserve(&room, size);
@@ -322,7 +322,7 @@ static void make_rooms(record_file *f)
     size_t sizes[2] = {f->asked_bytes[0], f->asked_bytes[1]};
     pthread_mutex_unlock(&f->lock);
     if (!sizes[0]) return;
-    bytes_out rooms[2] = {make_room(sizes[0]), make_room(sizes[1])};
+    bytes_out rooms[2] = {make_bytes(sizes[0]), make_bytes(sizes[1])};
     pthread_mutex_lock(&f->lock);
     memcpy(f->room, rooms, sizeof rooms);
     f->asked_bytes[0] = f->asked_bytes[1] = 0;
@@ -332,7 +332,7 @@ static void make_rooms(record_file *f)
 static void *keep_file(void *context)
 {
     record_file *f = context;
-    if (open_file(f)) {
+    if (open_piece(f)) {
         make_rooms(f);
         write_and_sync(f);
     }
@@ -355,7 +355,7 @@ static void make_condition(pthread_cond_t *c)
     pthread_condattr_destroy(&by);
 }
 
-static void free_all(record_file *f)
+static void free_record_file(record_file *f)
 {
     for (piece *p = f->first, *next; p; p = next) {
         next = p->next;
@@ -384,7 +384,7 @@ record_file *record_file_begin(const record_terms *terms)
     make_condition(&f->gone);
     int error = pthread_create(&f->thread, NULL, keep_file, f);
     if (!error) return f;
-    free_all(f);
+    free_record_file(f);
     errno = error;
     return NULL;
 }
@@ -520,6 +520,6 @@ bool record_file_close(record_file *f, int wait_ms)
     pthread_mutex_unlock(&f->lock);
     if (!closed) return false;
     pthread_join(f->thread, NULL);
-    free_all(f);
+    free_record_file(f);
     return true;
 }

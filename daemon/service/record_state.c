@@ -1,5 +1,9 @@
 /* record_state: the world as messages: what clients have announced and not taken back, with the newest poses. A
  * recording that begins in the middle begins with it. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "service.h"
 
 #include "base/clock.h"
@@ -42,7 +46,7 @@ static void tell_taken_back(service *s, const geometry_claim *c)
     record_message(s, &m);
 }
 
-static void put_pose(double at[7], pose p)
+static void pose_numbers(double at[7], pose p)
 {
     const double numbers[7] = {p.p.x, p.p.y, p.p.z, p.q.w, p.q.x, p.q.y, p.q.z};
     for (int i = 0; i < 7; i++) at[i] = numbers[i];
@@ -83,7 +87,7 @@ static void put_shape(shape_writer *w, const shape *s, pose local)
     c->sizes[3 * i + 2] = s->half.z;
     c->radii[i] = s->radius;
     c->deviations[i] = s->deviation;
-    put_pose(c->poses + 7 * (size_t)i, local);
+    pose_numbers(c->poses + 7 * (size_t)i, local);
     c->geometries[i] = lent ? geometry_at(w->s, w->b->geometries.at[w->lent++])->hash : 0;
 }
 
@@ -172,7 +176,7 @@ static void tell_body(service *s, session *c, const owned_body *b, columns *scra
     world_body def;
     if (b->world_id == WORLD_NONE) tell_removed_body(s, c, b);
     if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
-    put_pose(scratch->pose, def.pose);
+    pose_numbers(scratch->pose, def.pose);
     wire_message m = {.kind = WIRE_BODY,
         .body = {.version = WIRE_VERSION,
             .client = c->client,
@@ -241,7 +245,7 @@ static void tell_kept_pose(service *s, const pending_body *p)
 }
 
 /* Bodies that wait for their hulls. */
-static void tell_waiting(service *s)
+static void tell_waiting_bodies(service *s)
 {
     wire_memory *memory = wire_memory_create();
     for (size_t i = 0; i < s->pending.count; i++) {
@@ -414,7 +418,7 @@ bool record_state_more(service *s, int64_t most_ns)
     if (!t->geometries_told) tell_geometries(s, until_ns);
     if (t->geometries_told && !time_is_up(until_ns)) tell_clients(s, until_ns);
     if (t->next < t->clients.count || !t->geometries_told) return false;
-    tell_waiting(s);
+    tell_waiting_bodies(s);
     record_state_end(s);
     return true;
 }

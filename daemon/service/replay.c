@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "compare.h"
+#include "recordings.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -37,7 +38,7 @@ bool replay_take(service *s, const link_sink *sink, wire_log_tick *t, char *why,
 
 /* ---- a tick ---- */
 
-static void compare(void *context, const world_batches *batches)
+static void compare_events(void *context, const world_batches *batches)
 {
     progress *p = context;
     link_replay_told told = link_replay_events(p->service->links[0]);
@@ -164,7 +165,7 @@ int replay_run(service *s, const link_sink *sink, const _Atomic bool *stop)
 {
     progress p = {.service = s};
     char why[256] = "";
-    s->on_batches = compare;
+    s->on_batches = compare_events;
     s->on_batches_context = &p;
     while (!*stop && replay_take(s, sink, &p.tick, why, sizeof why)) {
         wait_for(&p, stop);

@@ -5,15 +5,22 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "intake.h"
+#include "link/link_open.h"
 #include "link/wake.h"
 #include "memory.h"
 #include "notify.h"
 #include "privileges.h"
+#include "recordings.h"
 #include "replay.h"
 #include "service.h"
 #include "shares.h"
 #include "sheet.h"
 #include "standby.h"
+#include "streams.h"
 #include "suspect.h"
 
 #include <errno.h>
@@ -48,49 +55,9 @@ struct server {
 
 /* ---- what the links call ---- */
 
-static void refuse(service *s, struct link *from, const wire_message *m, const wire_refusal *why)
-{
-    int64_t client, sequence;
-    int32_t object;
-    wire_origin(m, &client, &sequence, &object);
-    apply_reject(s, from, m->kind, client, sequence, object, why);
-}
-
-/* It is no command: it is not recorded, the standby does not hear of it, and nobody waits for an answer. */
-static void take_receipt(service *s, struct link *from, const wire_message *m)
-{
-    wire_refusal why;
-    if (!session_find(s, m->receipt.client) || !limits_admit(s, from, m, &why)) return;
-    session_heard(s, m);
-    if (m->receipt.epoch)
-        stream_receipt(s, &m->receipt);
-    else
-        unheard_word(s, &m->receipt);
-}
-
 static void on_message(void *context, struct link *from, const wire_message *m)
 {
-    service *s = context;
-    wire_refusal why;
-    metric_count(s->count.messages_in[m->kind], !from->in_parts);
-    if (m->kind == WIRE_RECEIPT) {
-        if (!standby_waits(s)) take_receipt(s, from, m);
-        return;
-    }
-    if (m->kind == WIRE_POSE_BATCH) unheard_poses(s, &m->pose_batch);
-    if (standby_takes(s, from, m)) return;
-    if (!steps_admit(s, m, &why)) {
-        refuse(s, from, m, &why);
-        return;
-    }
-    if (!limits_admit(s, from, m, &why)) {
-        refuse(s, from, m, &why);
-        if (why.reason == WIRE_LIMIT) steps_refused(s, from, m); /* it was the client's own */
-        return;
-    }
-    shares_verdict verdict = shares_admit(s, from, m, &why);
-    if (verdict == SHARES_GO) service_take(s, from, m);
-    if (verdict == SHARES_REFUSED) refuse(s, from, m, &why);
+    intake_offer(context, from, m);
 }
 
 static void on_refused(

@@ -1,5 +1,9 @@
 /* session: clients, what is theirs, and what becomes of it when they are lost. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "service.h"
+#include "streams.h"
 
 #include "base/log.h"
 

@@ -3,6 +3,9 @@
 
 #include "base/hash.h"
 #include "base/secret.h"
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "standby.h"
 
 #include <limits.h>
@@ -122,7 +125,7 @@ void shares_register(shares *h, metrics *m)
 
 enum { KEY_ORIGIN = 1, KEY_CLIENT, KEY_LINK, KEY_VISITORS };
 
-static uint64_t key_of(uint64_t what, uint64_t of)
+static uint64_t key_of_share(uint64_t what, uint64_t of)
 {
     const uint64_t words[2] = {what, of};
     uint64_t key = hash_words(secret(), words, sizeof words);
@@ -155,11 +158,11 @@ static double client_ms(const service *s)
 /* Where a link knows no origin, each client has a purse, and all of the link one together, if there are others. */
 static purse *purse_of(service *s, const struct link *from, int64_t origin, int64_t client)
 {
-    if (origin) return purse_at(s, key_of(KEY_ORIGIN, (uint64_t)origin), NULL, client_ms(s));
+    if (origin) return purse_at(s, key_of_share(KEY_ORIGIN, (uint64_t)origin), NULL, client_ms(s));
     purse *all = NULL;
     for (size_t i = 0; i < s->link_count && s->link_count > 1; i++)
-        if (s->links[i] == from) all = purse_at(s, key_of(KEY_LINK, i), NULL, client_ms(s));
-    return purse_at(s, key_of(KEY_CLIENT, (uint64_t)client), all, client_ms(s));
+        if (s->links[i] == from) all = purse_at(s, key_of_share(KEY_LINK, i), NULL, client_ms(s));
+    return purse_at(s, key_of_share(KEY_CLIENT, (uint64_t)client), all, client_ms(s));
 }
 
 static bool begins_session(const wire_message *m)
@@ -171,7 +174,7 @@ static bool begins_session(const wire_message *m)
 /* Who asks without a session, or says what begins none, has no client's purse, where links know nobody. */
 static purse *visitors_purse(service *s)
 {
-    purse *p = purse_at(s, key_of(KEY_VISITORS, 0), NULL, (double)s->config.max_query_work);
+    purse *p = purse_at(s, key_of_share(KEY_VISITORS, 0), NULL, (double)s->config.max_query_work);
     p->is_parent = true;
     return p;
 }
@@ -180,7 +183,7 @@ static purse *visitor(service *s, int64_t origin)
 {
     purse *all = visitors_purse(s);
     double each = (double)s->config.max_query_work * (double)s->config.share / 100;
-    return origin ? purse_at(s, key_of(KEY_VISITORS, (uint64_t)origin), all, each) : all;
+    return origin ? purse_at(s, key_of_share(KEY_VISITORS, (uint64_t)origin), all, each) : all;
 }
 
 /* An object that was admitted in this tick, or is in the world: there, with so many shapes (or bytes). */
@@ -222,7 +225,7 @@ static purse *payer_of(service *s, const struct link *from, int64_t origin, cons
 }
 
 /* What things take when they are there, about: as in memory.c; of a mesh ten times what is sent. */
-static int64_t bytes_of(const purse *p)
+static int64_t bytes_of_holdings(const purse *p)
 {
     enum { A_BODY = 2048, A_SHAPE = 2048, AN_INTEREST = 16384, A_BYTE_OF_GEOMETRY = 10 };
     return (int64_t)(p->has[BODIES] * A_BODY + p->has[SHAPES] * A_SHAPE + p->has[INTERESTS] * AN_INTEREST +
@@ -235,10 +238,11 @@ int64_t shares_bytes(const service *s, const struct link *from, const wire_messa
     int64_t client, sequence, most = 0;
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
-    uint64_t key = from->origin ? key_of(KEY_ORIGIN, (uint64_t)from->origin) : key_of(KEY_CLIENT, (uint64_t)client);
+    uint64_t key =
+        from->origin ? key_of_share(KEY_ORIGIN, (uint64_t)from->origin) : key_of_share(KEY_CLIENT, (uint64_t)client);
     uint32_t place = pair_map_get(&h->purse_of, key);
     for (const purse *p = place == PAIR_MAP_NONE ? NULL : h->purses.at[place]; p; p = p->parent)
-        if (bytes_of(p) > most) most = bytes_of(p);
+        if (bytes_of_holdings(p) > most) most = bytes_of_holdings(p);
     return most;
 }
 
@@ -247,7 +251,7 @@ flow *shares_flow(service *s, const struct link *from, int64_t client, shares_fl
     return &purse_of(s, from, from->origin, client)->flows[kind];
 }
 
-static void fill(purse *p, int64_t now_ns)
+static void fill_purse(purse *p, int64_t now_ns)
 {
     double most = p->rate * BURST_S, more = 1e-9 * (double)(now_ns - p->filled_ns) * p->rate;
     p->left_us = fmin(p->left_us + fmax(more, 0), most);
@@ -258,7 +262,7 @@ static bool can_pay(service *s, purse *p)
 {
     bool can = true;
     for (purse *at = p; at; at = at->parent) {
-        fill(at, s->monotonic_ns);
+        fill_purse(at, s->monotonic_ns);
         can &= at->left_us > 0;
     }
     return can;
@@ -467,7 +471,7 @@ static void drop_idle(service *s)
     shares *h = s->shares;
     for (size_t i = h->purses.count; i-- > 0;) {
         purse *p = h->purses.at[i], *last = h->purses.at[h->purses.count - 1];
-        fill(p, s->monotonic_ns);
+        fill_purse(p, s->monotonic_ns);
         if (p->is_held || p->is_parent || p->queue.count || p->left_us < p->rate * BURST_S) continue;
         pair_map_remove(&h->purse_of, p->key);
         h->purses.at[i] = last;
@@ -523,7 +527,7 @@ void shares_ticked(service *s)
 
 /* ---- what waits ---- */
 
-static void tell_waiting(shares *h)
+static void count_waiting(shares *h)
 {
     metric_set(h->waiting_now, h->waiting);
     metric_set(h->bytes_now, h->bytes);
@@ -552,7 +556,7 @@ static uint64_t key_of_message(const wire_message *m)
     return key_of_object(m, client, sequence);
 }
 
-static held hold(shares *h, struct link *from, int64_t client, const wire_message *m)
+static held hold_message(shares *h, struct link *from, int64_t client, const wire_message *m)
 {
     held l = {.link = from,
         .client = client,
@@ -591,12 +595,12 @@ static bool wait(service *s, purse *p, struct link *from, int64_t client, const 
     bool full = p->bytes + size > (size_t)share_of(s, (long)most) || h->bytes + size > most ||
                 p->queue.count - p->first >= (size_t)share_of(s, WAITING_MAX) || h->waiting >= WAITING_MAX;
     if (full) return refuse_waiting(s, m, p, why);
-    array_push(&p->queue, hold(h, from, client, m));
+    array_push(&p->queue, hold_message(h, from, client, m));
     p->bytes += size;
     h->bytes += size;
     h->waiting++;
     metric_count(h->waited, 1);
-    tell_waiting(h);
+    count_waiting(h);
     return true;
 }
 
@@ -670,7 +674,7 @@ static void clear(shares *h)
 {
     for (size_t i = 0; i < h->purses.count; i++)
         while (h->purses.at[i]->first < h->purses.at[i]->queue.count) drop_first(h, h->purses.at[i]);
-    tell_waiting(h);
+    count_waiting(h);
 }
 
 void shares_release(service *s)
@@ -685,7 +689,7 @@ void shares_release(service *s)
         purse *p = h->purses.at[h->turn++ % h->purses.count];
         idle = take_turn(s, p) ? 0 : idle + 1;
     }
-    tell_waiting(h);
+    count_waiting(h);
 }
 
 double shares_expected_us(const service *s)
@@ -831,7 +835,7 @@ void shares_defer(service *s, const letter *l, const wire_message *m)
     shares *h = s->shares;
     purse *p = payer_of(s, l->link, l->origin, m);
     l->link->origin = l->origin;
-    held first = hold(h, l->link, l->client, m);
+    held first = hold_message(h, l->link, l->client, m);
     pay(p, -price_for(s, p, m).in_all);
     put_first(p, first);
     p->bytes += first.size;

@@ -1,13 +1,16 @@
 /* standby: who of a pair is active, and what becomes of it. A daemon is joining until it has heard of an active one and
  * taken over its state (then it is the standby), or of nobody (then it is active). Two that join at once: the one that
  * began first is active; of two that are active, which happens when one of them only stood still or the network was
- * parted, the one of the lower epoch steps down, as clients follow the higher one (client/session.c). So a daemon that
- * goes on from nothing takes an epoch above all that it has heard of. Tick thread. */
+ * parted, the one of the lower epoch steps down, as clients follow the higher one (client/session_run.c). So a daemon
+ * that goes on from nothing takes an epoch above all that it has heard of. Tick thread. */
 #include "standby.h"
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "commands.h"
+#include "recordings.h"
 #include "standby_parts.h"
+#include "streams.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -17,6 +20,7 @@
 static const int64_t ALONE_NS = 1000000000;    /* who has not heard of another for so long is alone; at least ... */
 static const int64_t ALONE_LEASES = 5;         /* ... so many leases */
 static const int64_t ASK_AGAIN_NS = 500000000; /* for a state */
+static const int64_t PORTION_NS = 1000000;     /* between two portions of one, at the latest */
 
 uint8_t standby_place_of(const service *s, const struct link *l)
 {
@@ -42,8 +46,11 @@ static void begin_anew(service *s)
     kept_clear(&p->kept);
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
-    p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = p->doubted = 0;
-    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->missed = false;
+    array_free(&p->state);
+    p->touched = p->state_sent = 0;
+    standby_forget_state(p);
+    p->active = p->asked_ns = p->waiting_ns = p->follower = p->lost_ns = p->dropped = p->doubted = p->missed = 0;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->heir = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
     card_say(s, PEER_JOINING);
@@ -83,6 +90,8 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     open_links_again(s);
     rebase_clocks(s);
     record_begin(s); /* of the world as it is; what was kept comes behind it */
+    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].inherited = s->streams.at[i].batch;
+    p->heir = goes_on;
     if (goes_on) mute_publish_again(s);
     stream_heartbeats(s);
     s->status_due = true;
@@ -174,17 +183,20 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     }
     if (sender != p->active || p->out_of_step) return;
     if (kind == JOURNAL_STATE && !p->in_step) standby_take_state(s, &r);
-    if (kind == JOURNAL_TICK && p->in_step) standby_replay_tick(s, &r);
+    if (kind == JOURNAL_TICK) p->in_step ? standby_replay_tick(s, &r) : standby_keep_tick(s, &r);
     int64_t whom = 0;
     if (kind == JOURNAL_DROPPED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender) {
         log_warning("the active daemon waits for this one no more: its state is asked for anew");
         p->out_of_step = true;
     }
-    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender)
+    journal_followed word;
+    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &word, sizeof word) && word.whom == p->card.sender) {
         p->followed = true;
+        if (word.asked == p->missed) p->missed = 0;
+    }
     if (kind == JOURNAL_LEAVE) {
         p->left = true;
-        p->missed = false; /* all before it has come */
+        p->missed = 0; /* all before it has come */
     }
 }
 
@@ -192,7 +204,9 @@ static void on_gap(void *context, int64_t sender)
 {
     service *s = context;
     struct standby *p = s->standby;
-    if (p->card.role == PEER_ACTIVE || sender != p->active || !p->in_step) return;
+    if (p->card.role == PEER_ACTIVE || sender != p->active) return;
+    standby_forget_state(p); /* it is asked for again */
+    if (!p->in_step) return;
     log_warning("ticks of the active daemon were lost: its state is asked for anew");
     metric_count(s->count.out_of_step, 1);
     p->out_of_step = true;
@@ -203,7 +217,10 @@ static void on_gap(void *context, int64_t sender)
 static void follow(service *s, const peer_card *active)
 {
     struct standby *p = s->standby;
-    if (p->active != active->sender) p->asked_ns = 0;
+    if (p->active != active->sender) {
+        p->asked_ns = 0;
+        standby_forget_state(p);
+    }
     p->active = active->sender;
     if (p->asked_ns && s->monotonic_ns - p->asked_ns < ASK_AGAIN_NS) return;
     p->asked_ns = s->monotonic_ns;
@@ -233,7 +250,6 @@ static void stand_by(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     const peer_card *active = card_of(p, p->active), *another = card_of_active(p);
-    if (active && active->alive && s->monotonic_ns >= p->quiet_ns) p->missed = false; /* whatever it wrote has come */
     if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;
         return;
@@ -264,8 +280,10 @@ static void notice_standstill(service *s)
     bool active = p->card.role == PEER_ACTIVE, is_long = gap_ns > p->lease_ns;
     if (active && !is_long && s->monotonic_ns < p->quiet_ns) return; /* it looks around already, and not for ever */
     p->quiet_ns = s->monotonic_ns + p->lease_ns;
-    if (is_long) p->had_ns = s->monotonic_ns; /* nobody was slow but we */
-    p->missed |= p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns;
+    if (p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns) {
+        p->missed = s->monotonic_ns;
+        p->said_ns = 0; /* it is asked at once */
+    }
     if (!is_long || !active) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);
@@ -291,6 +309,7 @@ bool standby_round(service *s, const link_sink *sink)
     if (p->card.role == PEER_ACTIVE) resolve_doubt(s);
     if (p->card.role == PEER_ACTIVE) follower_drop_slow(s);
     if (p->card.role == PEER_ACTIVE) follower_find(s);
+    if (p->card.role == PEER_ACTIVE) follower_state_more(s);
     if (p->card.role == PEER_JOINING)
         join(s, sink);
     else if (p->card.role == PEER_STANDBY)
@@ -302,8 +321,8 @@ int64_t standby_next_ns(const service *s)
 {
     const struct standby *p = s->standby;
     if (!p) return INT64_MAX;
-    int64_t next = p->round_ns + p->lease_ns / 4;
-    return standby_wants_tick(s) ? p->round_ns : next;
+    if (standby_wants_tick(s)) return p->round_ns;
+    return p->round_ns + (p->state.count ? PORTION_NS : p->lease_ns / 4);
 }
 
 /* ---- what comes by the links ---- */
@@ -377,6 +396,8 @@ void standby_free(service *s)
     kept_free(&p->kept);
     array_free(&p->peers);
     array_free(&p->journal);
+    array_free(&p->state);
+    standby_forget_state(p);
     wire_memory_destroy(p->memory);
     free(p);
     s->standby = NULL;

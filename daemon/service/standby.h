@@ -10,6 +10,10 @@
  *     tells by a heartbeat the number of the last one: who was told more, or lost some, asks for a snapshot;
  *   - what clients had sent and the journal had not told yet is kept from its own links, and is applied now.
  *
+ * The active one that hears nothing of its standby goes on alone only after a time in which that one would have taken
+ * over if it could; and a standby that stood still for so long asks first whether it is waited for at all. Otherwise
+ * both would tell different things under the same numbers.
+ *
  * Functions take the service; without a pair (standby = no) they do nothing, and say that this daemon is active. Tick
  * thread. */
 #ifndef COLLIDED_SERVICE_STANDBY_H
@@ -38,6 +42,10 @@ bool standby_takes_reader(service *s, struct link *from, const char *stream);
 
 /* The active one: will the links tell when that client is lost? If not, it has to be heard within its lease. */
 bool standby_hears(const service *s, int64_t client);
+
+/* A reader was told that batch of the stream under that epoch. True: by one that we took over from, which told it after
+ * we had lost it. All streams begin anew, under a new line: ours goes on from something else. */
+bool standby_was_outrun(service *s, const stream *to, int64_t epoch, int64_t batch);
 
 /* The active one's journal; the tick before its events are published. */
 void standby_journal_message(service *s, const struct link *from, const wire_message *m);

@@ -1,11 +1,14 @@
 /* standby_active: the active daemon of a pair: whom it waits for, which is one standby that is in step, what that one
  * has of its journal, and the writing of it. Tick thread. */
+#include "recordings.h"
+#include "standby.h"
 #include "standby_parts.h"
 
 #include "base/log.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
 
@@ -32,32 +35,51 @@ static void follower_lose(service *s, const char *why)
     p->dropped = p->follower;
     p->link->ops->peers->send(
         p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
-    p->follower = 0;
+    p->follower = p->lost_ns = 0;
     p->sure = false;
     open_links_again(s);
     s->status_due = true;
+}
+
+/* It may be we who do not hear it, and it may be about to take over: what it does not have is told when it would have
+ * done so long ago. */
+static bool is_given_up(service *s)
+{
+    struct standby *p = s->standby;
+    const peer_card *f = follower_card(s);
+    bool alive = f && f->alive;
+    if (alive) p->lost_ns = 0;
+    if (alive) return !may_follow(s, f);
+    if (!p->lost_ns) p->lost_ns = s->monotonic_ns;
+    if (p->lost_ns < p->quiet_ns) p->lost_ns = p->quiet_ns; /* we stood still ourselves */
+    return s->monotonic_ns - p->lost_ns >= (SLOW_LEASES - 1) * p->lease_ns;
 }
 
 /* Of several the one that began first: it has precedence among themselves, too. */
 void follower_find(service *s)
 {
     struct standby *p = s->standby;
-    const peer_card *first = follower_card(s);
+    const peer_card *first = NULL;
     if (s->monotonic_ns < p->quiet_ns) return; /* what was held would go out, and it may have taken over */
-    if (p->follower && !(first && may_follow(s, first)))
-        follower_lose(s, "is no standby any more: lost, or out of step");
+    if (p->follower && is_given_up(s)) follower_lose(s, "is no standby any more: lost, or out of step");
     if (p->follower) return;
-    first = NULL;
     for (size_t i = 0; i < p->peers.count; i++) {
         const peer_card *c = &p->peers.at[i];
         if (may_follow(s, c) && (!first || c->sender < first->sender)) first = c;
     }
     if (!first) return;
     p->follower = first->sender;
+    p->lost_ns = 0;
     p->sure_tick = p->journalled_tick;
     p->had_tick = 0; /* it will say */
     p->sure = false;
     hold_links(s);
+}
+
+static void say_followed(struct standby *p, int64_t asked)
+{
+    const journal_followed word = {.whom = p->follower, .asked = asked};
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&word, sizeof word);
 }
 
 void follower_has(service *s, int64_t sender, bytes_in *r)
@@ -65,12 +87,14 @@ void follower_has(service *s, int64_t sender, bytes_in *r)
     struct standby *p = s->standby;
     journal_have have;
     if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
-    if (sender != p->follower || have.tick <= p->had_tick) return;
+    if (sender != p->follower) return;
+    if (have.asks && p->sure) say_followed(p, have.asks);
+    if (have.tick <= p->had_tick) return;
     p->had_tick = have.tick;
     if (!p->sure && p->had_tick >= p->sure_tick) {
         p->sure = s->status_due = true;
-        p->link->ops->peers->send(
-            p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
+        p->alone = 0; /* it knows that, too */
+        say_followed(p, have.asks);
         const peer_card *f = follower_card(s); /* NULL: it is dead already */
         log_notice("%s is in step: it takes over when this one is gone", f ? f->name : "the standby");
     }
@@ -82,20 +106,30 @@ void follower_drop_slow(service *s)
 {
     struct standby *p = s->standby;
     bool holds = p->mouth == MOUTH_HELD && p->held.first < p->held.list.count;
-    if (!holds || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
+    bool stood_still = s->monotonic_ns < p->quiet_ns; /* nobody was slow but we */
+    if (!holds || stood_still || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
     p->held_tick = p->had_tick;
     if (s->monotonic_ns - p->had_ns < SLOW_LEASES * p->lease_ns) return;
     follower_lose(s, "does not keep up: it is waited for no more, and has to join anew");
 }
 
+/* What is on its way is of the line that ends. */
+static void begin_state_anew(struct standby *p)
+{
+    p->state_wanted |= p->state.count > 0;
+    array_free(&p->state);
+    p->touched = p->state_sent = 0;
+}
+
 /* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
  * next. Under a line of their own they begin with a snapshot. */
-static void begin_line(service *s, int64_t sender)
+static void begin_line(service *s, const peer_card *other)
 {
-    const peer_card *other = card_of(s->standby, sender);
+    if (s->standby->follower) follower_lose(s, "is of the line that ends: it has to join anew");
     int64_t before = s->epoch;
     s->epoch = card_new_line(s);
-    s->standby->sure = false; /* who follows has to join anew */
+    s->standby->heir = false;
+    begin_state_anew(s->standby);
     card_say(s, PEER_ACTIVE);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) world_want_snapshot(s->world, i);
@@ -109,19 +143,34 @@ void follower_wishes(service *s, int64_t sender, bytes_in *r)
 {
     struct standby *p = s->standby;
     int64_t alone = 0;
+    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
+    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, card_of(p, sender));
     p->state_wanted = true;
     if (p->dropped == sender) p->dropped = 0;
-    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
-    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, sender);
+}
+
+/* Once for each time that we took over, whoever says so. */
+bool standby_was_outrun(service *s, const stream *to, int64_t epoch, int64_t batch)
+{
+    struct standby *p = s->standby;
+    if (!p || !p->heir || standby_waits(s) || epoch >= s->epoch || batch <= to->inherited) return false;
+    begin_line(s, NULL);
+    return true;
 }
 
 bool standby_hands_over(service *s)
 {
     struct standby *p = s->standby;
     if (!p) return false;
-    if (standby_waits(s)) return true; /* nobody knows of it */
+    if (standby_waits(s)) { /* nobody knows of it but the active one, which need not wait for it */
+        card_say(s, PEER_LEAVING);
+        return true;
+    }
     const peer_card *to = follower_card(s);
-    if (!to || !p->sure) return false;
+    if (!to || !to->alive || !p->sure) {
+        if (p->follower) follower_lose(s, "is not there to take over");
+        return false;
+    }
     log_notice("%s takes over", to->name);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
     return true;
@@ -179,10 +228,12 @@ void standby_journal_tick(service *s)
     p->journalled_tick = s->tick;
 }
 
+/* ---- the state ---- */
+
 bool standby_wants_tick(const service *s)
 {
     const struct standby *p = s->standby;
-    return p && p->state_wanted && p->card.role == PEER_ACTIVE;
+    return p && p->state_wanted && !p->state.count && p->card.role == PEER_ACTIVE;
 }
 
 /* Pages that are written for the first time take longer than what is written there: of a large state, ten times as
@@ -191,23 +242,39 @@ static bool make_room(const service *s, struct standby *p)
 {
     enum { A_TICK = 16 << 20, PAGE = 4096 };
     size_t size = state_size(s), need = size + size / 16;
-    if (p->journal.capacity < need) p->touched = 0;
-    array_reserve(&p->journal, need);
+    if (p->state.capacity < need) p->touched = 0;
+    array_reserve(&p->state, need);
     size_t until = p->touched + A_TICK < need ? p->touched + A_TICK : need;
-    for (size_t at = p->touched; at < until; at += PAGE) p->journal.at[at] = 0;
+    for (size_t at = p->touched; at < until; at += PAGE) p->state.at[at] = 0;
     p->touched = until;
     return until == need;
+}
+
+/* To send all of it takes far longer than to put it together, so it goes round by round, and ticks go on between. */
+void follower_state_more(service *s)
+{
+    enum { A_ROUND = 2 << 20 };
+    struct standby *p = s->standby;
+    if (!p->state.count) return;
+    size_t left = p->state.count - sizeof(journal_portion) - p->state_sent, size = left < A_ROUND ? left : A_ROUND;
+    const journal_portion head = {.whole = p->state.count - sizeof head, .offset = p->state_sent};
+    uint8_t *at = p->state.at + p->state_sent; /* its head goes where what was sent before was */
+    memcpy(at, &head, sizeof head);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, at, sizeof head + size);
+    p->state_sent += size;
+    if (size == left) array_free(&p->state);
 }
 
 /* The journal is empty here: what comes from now on is of the next tick. */
 void standby_after_tick(service *s)
 {
     struct standby *p = s->standby;
-    if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE || !make_room(s, p)) return;
+    if (!standby_wants_tick(s) || !make_room(s, p)) return;
+    const journal_portion head = {.offset = 0};
     p->state_wanted = false;
-    p->touched = 0;
-    state_put(s, &p->journal);
-    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, p->journal.at, p->journal.count);
-    array_free(&p->journal);
+    p->touched = p->state_sent = 0;
+    bytes_put(&p->state, &head, sizeof head);
+    state_put(s, &p->state);
+    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->state.count);
+    follower_state_more(s);
 }

@@ -1,7 +1,9 @@
 /* What clients send comes to both daemons of a pair. The standby keeps it until the journal has told that the active
  * one has applied it: by client, kind and sequence, since a client's messages of one kind come in order. What is left
  * when it takes over is applied then; copies of what was applied change nothing. Tick thread. */
+#include "commands.h"
 #include "standby_parts.h"
+#include "streams.h"
 
 #include "base/log.h"
 

@@ -3,7 +3,7 @@
 #define COLLIDED_SERVICE_STANDBY_PARTS_H
 
 #include "journal.h"
-#include "standby.h"
+#include "service.h"
 
 /* ---- standby_mute.c: links that hear and do not speak ---- */
 
@@ -85,21 +85,28 @@ struct standby {
     int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
     bool out_of_step;   /* to be reset as soon as the record is done */
     bool followed;      /* the active one waits for us: only then are we sure to know all that was told */
-    bool missed;        /* we stood still for so long that it may wait for us no more, and its word of that is lost */
+    int64_t missed;     /* we stood still for so long that it may wait for us no more: our question whether it does, a
+                           number; 0: it does */
     bool left;          /* the active one has left in order */
     int64_t alive_ns;   /* a peer was alive then, the last time */
     int64_t ahead_ns;   /* of the active one's wall clock before our monotonic one, at its last tick */
 
     int64_t follower;  /* the active one: the standby that is in step, by its sender; 0: none */
+    int64_t lost_ns;   /* it gives no sign of life: since then; 0: it does */
     int64_t sure_tick; /* it is sure to know all that was told when it has this one; ... */
     bool sure;         /* ... it has */
     int64_t doubted;   /* the active one stood still: its standby then, which may have taken over since; 0: none */
     int64_t dropped;   /* one that is not waited for until it joins anew */
     int64_t alone; /* the epoch in which one that was sure was lost: it may have gone on from there, without what was
                       told since; 0: none */
+    bool heir;     /* the active one: it goes on from what another one told, and nobody has said otherwise */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
-    size_t touched;    /* bytes of that, while a state is about to be put there */
+    bytes_out state;   /* that goes to a standby, in portions */
+    size_t touched;    /* bytes of that, while it is about to be put there */
+    size_t state_sent; /* ... and while it goes */
+    bytes_out coming;  /* the standby: the portions that have come */
+    bytes_out later;   /* ... and the ticks that have come meanwhile, each behind its size */
     wire_memory *memory;
 
     muted_link muted[LINKS_MAX];
@@ -152,17 +159,22 @@ int64_t card_new_line(const service *s);   /* the epoch of who goes on from noth
 void cards_forget_dead(struct standby *p); /* one that is back is told of anew */
 
 /* standby_active.c */
-enum { SLOW_LEASES = 3 };                         /* who does not keep up for so long is waited for no more */
+/* Who gives no sign of life, or does not keep up, for so long, is waited for no more. Longer than it takes that one to
+ * take over: if both lose each other at the same time, we tell nothing before it is heard of that. */
+enum { SLOW_LEASES = 3 };
 const peer_card *follower_card(const service *s); /* in step with us: what we tell is held until it has it; or NULL */
 void follower_find(service *s);                   /* and lose it, if it is none any more */
 void follower_drop_slow(service *s);
 void follower_has(service *s, int64_t sender, bytes_in *r);    /* JOURNAL_HAVE */
 void follower_wishes(service *s, int64_t sender, bytes_in *r); /* JOURNAL_WANT_STATE */
+void follower_state_more(service *s);                          /* each round: the next portion, if any is left */
 
 /* standby_replay.c */
 void standby_say_have(service *s, int64_t tick);
 void standby_replay_tick(service *s, bytes_in *r); /* JOURNAL_TICK */
+void standby_keep_tick(service *s, bytes_in *r);   /* the same, before the state has come */
 void standby_take_state(service *s, bytes_in *r);  /* JOURNAL_STATE */
+void standby_forget_state(struct standby *p);      /* what of it has come */
 
 uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */
 

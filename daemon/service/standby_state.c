@@ -2,8 +2,13 @@
  * what waits for its hull, and the world (world/saved.h). Structs are written as they are, with what they point to
  * behind them; links by their place: a replay has one for all. Tick thread. */
 #include "base/hash.h"
+#include "clients.h"
+#include "commands.h"
 #include "geom/mesh.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "standby_parts.h"
+#include "streams.h"
 #include "world/saved.h"
 
 #include <stdio.h>

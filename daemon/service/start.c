@@ -2,6 +2,7 @@
  * or a disk full, is found by whoever opens it. */
 #include "start.h"
 
+#include "link/link_open.h"
 #include "privileges.h"
 #include "service.h"
 

@@ -5,6 +5,9 @@
  * What is applied when follows from the messages and from where the ticks end alone, so that a replay does the same: a
  * member that misses a step by the clock is let miss it by a message in its name, which is recorded like those that
  * come. */
+#include "clients.h"
+#include "commands.h"
+#include "recordings.h"
 #include "service.h"
 #include "standby.h"
 
@@ -24,7 +27,7 @@ static bool is_member(const session *c)
 
 /* ---- members ---- */
 
-static void drop_held(session *c)
+static void drop_held_step(session *c)
 {
     c->held.step = c->held.simulation_ns = 0;
     c->held.bytes.count = c->held.poses = 0;
@@ -125,7 +128,7 @@ void steps_join(service *s, session *c, int32_t lock_step)
     bool all_were_there = all_are_there(s, &before);
     c->lock_step = lock_step;
     if (was != is_member(c)) {
-        drop_held(c);
+        drop_held_step(c);
         c->idle = c->missed = false;
         c->published = s->lock_step.done;
         c->ended = 0;
@@ -138,7 +141,7 @@ void steps_join(service *s, session *c, int32_t lock_step)
 
 /* ---- what is published ---- */
 
-__attribute__((format(printf, 5, 6))) static bool refuse(
+__attribute__((format(printf, 5, 6))) static bool refuse_step(
     service *s, struct link *to, const wire_pose_batch *m, wire_reason reason, const char *format, ...)
 {
     wire_refusal why = {.reason = reason};
@@ -187,7 +190,7 @@ static bool is_too_much(service *s, const session *c, size_t more, wire_refusal 
     return apply_limit(s, all - 1, s->config.max_step_poses, "max_step_poses", why);
 }
 
-static void hold(session *c, const wire_pose_batch *poses, size_t weight)
+static void hold_poses(session *c, const wire_pose_batch *poses, size_t weight)
 {
     const wire_message m = {.kind = WIRE_POSE_BATCH, .pose_batch = *poses};
     size_t size = wire_lcm_size(&m), at = c->held.bytes.count;
@@ -205,10 +208,11 @@ static void hold(session *c, const wire_pose_batch *poses, size_t weight)
 static bool answer_again(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     if (c->missed)
-        refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without this client", m->step);
+        refuse_step(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without this client", m->step);
     else if (m->bodies.count && !was_done(c, m)) {
         apply_count_refused(c, m->bodies.count, WIRE_BAD_STEP);
-        refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without these poses: its end came first", m->step);
+        refuse_step(
+            s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without these poses: its end came first", m->step);
     } else
         metric_count(s->count.duplicates, 1);
     if (m->bodies.count) return true;
@@ -261,12 +265,12 @@ static void reopen(service *s, session *c)
 {
     int64_t step = c->held.step;
     each_message(c->held.bytes.at, c->held.bytes.count, owe_one, &(owner){s, c});
-    drop_held(c);
+    drop_held_step(c);
     c->held.step = step;
     c->published = s->lock_step.done;
 }
 
-static void enter(void *context, const wire_message *m)
+static void note_bodies(void *context, const wire_message *m)
 {
     pair_map *bodies = context;
     for (uint32_t i = 0; i < m->pose_batch.bodies.count; i++)
@@ -281,7 +285,7 @@ static size_t settle_owed(session *c, int64_t step, int32_t *first)
     pair_map bodies;
     if (!c->owed.count) return 0;
     pair_map_init(&bodies);
-    each_message(c->held.bytes.at, c->held.bytes.count, enter, &bodies);
+    each_message(c->held.bytes.at, c->held.bytes.count, note_bodies, &bodies);
     for (size_t i = 0; i < c->owed.count; i++) {
         owed_pose o = c->owed.at[i];
         if (o.step > step) c->owed.at[kept++] = o;
@@ -298,15 +302,15 @@ static bool end_step(service *s, session *c, struct link *from, const wire_pose_
 {
     if (!ends_in_its_name(m)) c->ended = m->sequence;
     if (c->held.broken) {
-        drop_held(c);
-        return refuse(s, from, m, WIRE_BAD_STEP,
+        drop_held_step(c);
+        return refuse_step(s, from, m, WIRE_BAD_STEP,
             "step %" PRId64 ": some of its poses were refused: send all of it again", m->step);
     }
     int32_t first = 0;
     size_t lacking = settle_owed(c, m->step, &first);
     if (lacking && !ends_in_its_name(m)) {
-        drop_held(c);
-        return refuse(s, from, m, WIRE_BAD_STEP,
+        drop_held_step(c);
+        return refuse_step(s, from, m, WIRE_BAD_STEP,
             "step %" PRId64 ": poses of %zu bodies were refused or replaced, and did not come again, the first is %d: "
             "send all of it again",
             m->step, lacking, first);
@@ -328,13 +332,14 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     if (!is_member(c) || !m->step) return false;
     if (m->step == done) return answer_again(s, c, from, m);
     if (m->step < done)
-        return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
+        return refuse_step(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
     bool in_its_name = ends_in_its_name(m);
     if (in_its_name && c->published > done) return true; /* it came in time after all */
-    if (in_its_name) drop_held(c);
+    if (in_its_name) drop_held_step(c);
     if (c->held.step && m->step != c->held.step) {
         owe(s, c, m);
-        return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is not done", m->step, c->held.step);
+        return refuse_step(
+            s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is not done", m->step, c->held.step);
     }
     bool is_copy = !m->bodies.count && m->sequence <= c->ended; /* it is not the end of what came since */
     if (is_copy || is_ended_twice(s, c, m)) {
@@ -356,7 +361,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
         c->published = c->published < done ? c->published : done; /* if it was ended */
         apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, -1, &why);
     } else {
-        hold(c, m, weight);
+        hold_poses(c, m, weight);
     }
     return true;
 }
@@ -402,7 +407,7 @@ static void apply_held(service *s, session *c)
     each_message(c->held.bytes.at, c->held.bytes.count, apply_one, &(owner){s, c});
     c->done = c->held.digests;
     c->held.digests = before;
-    drop_held(c);
+    drop_held_step(c);
 }
 
 /* What time it is in the step that all have published: the latest that any of them says; 0: nobody does. */
@@ -558,7 +563,7 @@ int64_t steps_next_ns(const service *s)
 
 /* ---- a recording that begins in the middle ---- */
 
-static void record_one(void *context, const wire_message *m)
+static void record_held_poses(void *context, const wire_message *m)
 {
     record_message(context, m);
 }
@@ -606,7 +611,7 @@ void steps_record(service *s, session *c)
     const int32_t any = 0;
     int64_t last = c->ended ? c->ended : c->held.newest ? c->held.newest : 1;
     record_owed(s, c);
-    each_message(c->held.bytes.at, c->held.bytes.count, record_one, s);
+    each_message(c->held.bytes.at, c->held.bytes.count, record_held_poses, s);
     if (c->held.broken) record_word(s, c, STEP_IN_ITS_NAME, c->held.step, &any);
     if (c->published > s->lock_step.done) record_word(s, c, last, c->held.step, NULL);
 }

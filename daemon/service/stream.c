@@ -1,6 +1,8 @@
 /* stream: the world's batches as numbered EventBatch messages, each on the stream of its interest. Tick thread. */
+#include "clients.h"
 #include "service.h"
 #include "standby.h"
+#include "streams.h"
 
 #include <assert.h>
 #include <inttypes.h>
@@ -28,7 +30,7 @@ static void open_at(service *s, session *c, const wire_interest *m, uint32_t wor
     c->link->ops->stream_open(c->link, name);
 }
 
-static void name_of(const session *c, const wire_interest *m, char name[WIRE_NAME_MAX + 1])
+static void name_of_stream(const session *c, const wire_interest *m, char name[WIRE_NAME_MAX + 1])
 {
     if (*m->stream)
         snprintf(name, WIRE_NAME_MAX + 1, "%s", m->stream);
@@ -39,7 +41,7 @@ static void name_of(const session *c, const wire_interest *m, char name[WIRE_NAM
 bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why)
 {
     char name[WIRE_NAME_MAX + 1];
-    name_of(c, m, name);
+    name_of_stream(c, m, name);
     const stream *taken = stream_named(s, name);
     if (!taken || (size_t)(taken - s->streams.at) == world_id) return false;
     why->reason = WIRE_NAME_TAKEN;
@@ -50,7 +52,7 @@ bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t
 void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id)
 {
     char name[WIRE_NAME_MAX + 1];
-    name_of(c, m, name);
+    name_of_stream(c, m, name);
     stream *old = world_id < s->streams.count && s->streams.at[world_id].live ? &s->streams.at[world_id] : NULL;
     if (old) old->each_tick = m->rate_hz == 0;
     if (old && old->link == c->link && strcmp(old->name, name) == 0) {
@@ -143,7 +145,7 @@ static uint32_t put_manifold(part *p, uint32_t points, const manifold *m)
     return points;
 }
 
-static void put_pose(double *at, pose p)
+static void copy_pose(double *at, pose p)
 {
     const double numbers[7] = {p.p.x, p.p.y, p.p.z, p.q.w, p.q.x, p.q.y, p.q.z};
     memcpy(at, numbers, sizeof numbers);
@@ -155,13 +157,13 @@ static uint32_t put_impact(part *p, uint32_t impacts, const world_event *e)
     p->impact_times[2 * (size_t)impacts] = e->impact.lo;
     p->impact_times[2 * (size_t)impacts + 1] = e->impact.hi;
     p->impact_starts[impacts] = e->impact.start_ns;
-    put_pose(p->impact_poses + 14 * (size_t)impacts, e->impact.pose_a);
-    put_pose(p->impact_poses + 14 * (size_t)impacts + 7, e->impact.pose_b);
+    copy_pose(p->impact_poses + 14 * (size_t)impacts, e->impact.pose_a);
+    copy_pose(p->impact_poses + 14 * (size_t)impacts + 7, e->impact.pose_b);
     p->impact_estimated[impacts] = e->impact.estimated;
     return impacts + 1;
 }
 
-static void fill(part *p, const world_event *events, uint32_t n, wire_event_batch *m)
+static void fill_part(part *p, const world_event *events, uint32_t n, wire_event_batch *m)
 {
     uint32_t points = 0, impacts = 0;
     assert(n <= EVENTS_A_PART);
@@ -305,7 +307,7 @@ static wire_message part_of(service *s, const stream *to, const world_batch *b, 
     m.event_batch.closing = b->closing;
     m.event_batch.part = i;
     m.event_batch.parts = parts_of(b);
-    fill(s->part, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
+    fill_part(s->part, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
     return m;
 }
 
@@ -341,7 +343,7 @@ static void build_snapshot(service *s, stream *to, const world_batch *b)
     for (size_t first = 0; first < b->count; first += EVENTS_A_PART) {
         size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
         wire_message m = {.kind = WIRE_EVENT_BATCH, .event_batch = to->backlog.head};
-        fill(&scratch, b->events + first, (uint32_t)n, &m.event_batch);
+        fill_part(&scratch, b->events + first, (uint32_t)n, &m.event_batch);
         backlog_add_built(s, to, &m);
     }
     if (!b->more) backlog_built(s, to);
@@ -376,7 +378,7 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
 static void publish(service *s, stream *to, const world_batch *b)
 {
     assert(to->live && to->read);
-    if (!to->told) to->batch = s->last_batch + 1; /* what ends in this tick has been published */
+    if (!to->told) to->batch = to->inherited = s->last_batch + 1; /* what ends in this tick has been published */
     if (b->more || b->goes_on)
         build_snapshot(s, to, b);
     else

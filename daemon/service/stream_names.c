@@ -1,5 +1,6 @@
 /* stream_names: streams by their names: those that are open, and those that end with this tick. Tick thread. */
 #include "service.h"
+#include "streams.h"
 
 #include "base/hash.h"
 #include "base/secret.h"
@@ -12,7 +13,7 @@ static uint64_t next_key(uint64_t key)
 }
 
 /* Where the stream of that name is, or would be: keys that clash are probed on. */
-static uint64_t key_of(const service *s, const pair_map *names, const char *name, uint32_t *id)
+static uint64_t key_of_name(const service *s, const pair_map *names, const char *name, uint32_t *id)
 {
     uint64_t key = hash_words(secret(), name, strlen(name));
     for (key = key ? key : 1;; key = next_key(key)) {
@@ -22,45 +23,45 @@ static uint64_t key_of(const service *s, const pair_map *names, const char *name
 }
 
 /* Those that were probed on behind it move up. */
-static void drop(service *s, pair_map *names, uint32_t id)
+static void drop_name(service *s, pair_map *names, uint32_t id)
 {
     uint32_t at, moved;
-    uint64_t key = key_of(s, names, s->streams.at[id].name, &at);
+    uint64_t key = key_of_name(s, names, s->streams.at[id].name, &at);
     if (at != id) return;
     pair_map_remove(names, key);
     for (key = next_key(key); (moved = pair_map_remove(names, key)) != PAIR_MAP_NONE; key = next_key(key)) {
-        uint64_t home = key_of(s, names, s->streams.at[moved].name, &at);
+        uint64_t home = key_of_name(s, names, s->streams.at[moved].name, &at);
         pair_map_put(names, home, moved);
     }
 }
 
-static void add(service *s, pair_map *names, uint32_t id)
+static void add_name(service *s, pair_map *names, uint32_t id)
 {
     uint32_t at;
-    uint64_t key = key_of(s, names, s->streams.at[id].name, &at);
+    uint64_t key = key_of_name(s, names, s->streams.at[id].name, &at);
     pair_map_put(names, key, id);
 }
 
 void stream_names_add(service *s, uint32_t id)
 {
-    add(s, s->streams.at[id].ending ? &s->ending_streams : &s->open_streams, id);
+    add_name(s, s->streams.at[id].ending ? &s->ending_streams : &s->open_streams, id);
 }
 
 void stream_names_drop(service *s, uint32_t id)
 {
-    drop(s, s->streams.at[id].ending ? &s->ending_streams : &s->open_streams, id);
+    drop_name(s, s->streams.at[id].ending ? &s->ending_streams : &s->open_streams, id);
 }
 
 stream *stream_named(service *s, const char *name)
 {
     uint32_t id;
-    key_of(s, &s->open_streams, name, &id);
+    key_of_name(s, &s->open_streams, name, &id);
     return id == PAIR_MAP_NONE ? NULL : &s->streams.at[id];
 }
 
 const stream *stream_ending(service *s, const char *name)
 {
     uint32_t id;
-    key_of(s, &s->ending_streams, name, &id);
+    key_of_name(s, &s->ending_streams, name, &id);
     return id == PAIR_MAP_NONE ? NULL : &s->streams.at[id];
 }

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "clients.h"
 #include "service.h"
 
 #include <errno.h>
@@ -104,7 +105,7 @@ static void keep_name(char to[NAME_KEPT], const char *text)
     to[length] = '\0';
 }
 
-static const char *name_of(const wire_message *m)
+static const char *name_of_object(const wire_message *m)
 {
     return m->kind == WIRE_BODY       ? m->body.name
            : m->kind == WIRE_INTEREST ? m->interest.select_a
@@ -168,7 +169,7 @@ static void note_command(service *s, const wire_message *m)
     if (m->kind == WIRE_GEOMETRY)
         snprintf(now->name, sizeof now->name, "%016" PRIx64, (uint64_t)m->geometry.hash);
     else
-        keep_name(now->name, name_of(m));
+        keep_name(now->name, name_of_object(m));
     keep_name(now->client_name, client_name(s, now->client));
     if (m->kind != WIRE_QUERY) count_client(w, now->client);
     atomic_store_explicit(&w->file->doing, DOING_COMMAND, memory_order_release);
@@ -223,7 +224,7 @@ static void build_ends(void *context, unsigned thread)
 
 /* ---- what daemons have died over ---- */
 
-static void tell(const culprit *c, char *text, size_t size)
+static void tell_of_culprit(const culprit *c, char *text, size_t size)
 {
     if (c->kind == WIRE_NOTHING && !c->client)
         snprintf(text, size, "a tick in which no client had announced anything");
@@ -269,7 +270,7 @@ static void hold_against(suspect_file *f, culprit *c, bool sure, const char *how
 {
     char what[512];
     c->client_name[NAME_KEPT - 1] = c->name[NAME_KEPT - 1] = '\0';
-    tell(c, what, sizeof what);
+    tell_of_culprit(c, what, sizeof what);
     culprit *k = place_for(f, c);
     k->client = c->client;
     k->sequence = c->sequence;
@@ -344,24 +345,24 @@ static void mend_kept(suspect_watch *w)
 
 /* ---- the file ---- */
 
-static int fail(const char *path)
+static int warn_of_file(const char *path)
 {
     log_warning("%s: %s: what this daemon carries out will not be known after a crash", path, strerror(errno));
     return -1;
 }
 
-static int open_file(suspect_watch *w, const char *path)
+static int open_suspect_file(suspect_watch *w, const char *path)
 {
     struct stat is;
     int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
-    if (fd < 0) return fail(path);
+    if (fd < 0) return warn_of_file(path);
     errno = EINVAL;
     bool good = fstat(fd, &is) == 0 && S_ISREG(is.st_mode) && flock(fd, LOCK_EX | LOCK_NB) == 0;
     /* Room for all of it: a store into a page for which the disk has none would be the end. */
     if (good && (errno = posix_fallocate(fd, 0, sizeof(suspect_file))) != 0) good = false;
     void *at = good ? mmap(NULL, sizeof(suspect_file), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0) : MAP_FAILED;
     if (at == MAP_FAILED) {
-        int result = fail(path);
+        int result = warn_of_file(path);
         close(fd);
         return result;
     }
@@ -371,7 +372,7 @@ static int open_file(suspect_watch *w, const char *path)
 }
 
 /* systemd may name several, divided by colons. */
-static bool folder_of(const service *s, char *folder, size_t size)
+static bool runtime_folder(const service *s, char *folder, size_t size)
 {
     const char *given = *s->config.runtime_dir ? s->config.runtime_dir : getenv("RUNTIME_DIRECTORY");
     if (s->replaying || !given || !*given) return false;
@@ -383,9 +384,9 @@ void suspect_open(service *s)
 {
     suspect_watch opened = {.some = false}, *w = &opened;
     char folder[CONFIG_TEXT_MAX], path[CONFIG_TEXT_MAX + 32];
-    if (!folder_of(s, folder, sizeof folder)) return;
+    if (!runtime_folder(s, folder, sizeof folder)) return;
     snprintf(path, sizeof path, "%s/carried_out", folder);
-    if (open_file(w, path) != 0) return;
+    if (open_suspect_file(w, path) != 0) return;
     suspect_file *f = w->file;
     bool whole = f->magic == MAGIC && f->size == sizeof *f;
     if (!whole) {
@@ -481,7 +482,7 @@ void suspect_describe(const service *s, char *text, size_t size)
     for (int i = 0; w && w->some && i < SUSPECTS_MAX; i++) {
         const culprit *k = &w->file->kept[i];
         if (!k->times || k->until_ns <= s->monotonic_ns) continue;
-        tell(k, what, sizeof what);
+        tell_of_culprit(k, what, sizeof what);
         snprintf(text, size, "suspect: a daemon was killed over %.300s; refused for %" PRId64 " s", what,
             (k->until_ns - s->monotonic_ns) / SECOND_NS + 1);
         return;

@@ -2,10 +2,15 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/whole.h"
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "memory.h"
+#include "recordings.h"
 #include "service.h"
 #include "shares.h"
 #include "standby.h"
+#include "streams.h"
 #include "suspect.h"
 
 #include <inttypes.h>
@@ -113,19 +118,6 @@ void service_follow_clock(service *s)
 }
 
 /* ---- the tick ---- */
-
-void service_take(service *s, struct link *from, const wire_message *m)
-{
-    session_heard(s, m);
-    if (m->kind != WIRE_QUERY) {
-        record_message(s, m);
-        standby_journal_message(s, from, m);
-    }
-    if (m->kind == WIRE_POSE_BATCH)
-        apply_poses(s, from, &m->pose_batch, true);
-    else
-        inbox_put(s, from, m);
-}
 
 int64_t service_pairs_limited(const service *s)
 {

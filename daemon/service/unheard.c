@@ -5,6 +5,8 @@
  * logged and named in the health, and the client is told, again and again: the C library then writes anew.
  *
  * Tick thread. Nothing here enters the world: no event depends on it. */
+#include "clients.h"
+#include "commands.h"
 #include "service.h"
 #include "standby.h"
 
@@ -49,7 +51,7 @@ static bool is_silent(const service *s, const session *c)
     return c->link->ops->has_liveliness && c->hearing.said_ns && s->monotonic_ns - c->hearing.said_ns > patience;
 }
 
-static void tell(service *s, session *c, bool poses)
+static void tell_unheard(service *s, session *c, bool poses)
 {
     hearing *h = &c->hearing;
     if (s->monotonic_ns < h->tell_ns) return;
@@ -83,7 +85,7 @@ void unheard_watch(service *s)
         if (poses || (here && is_silent(s, c))) {
             s->clients_unheard++;
             describe(s, c);
-            tell(s, c, poses);
+            tell_unheard(s, c, poses);
         } else if (c->hearing.tell_wait_s) {
             c->hearing.tell_wait_s = 0;
             if (here) log_notice("client %016" PRIx64 " '%s' is heard again", (uint64_t)c->client, c->name);

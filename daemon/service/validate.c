@@ -1,6 +1,7 @@
 /* validate: what the service keeps twice, walked in full: counts of clients, their rows of poses, streams by name.
  * Where a tick ends, in builds with asserts. Tick thread. */
 #include "service.h"
+#include "streams.h"
 
 #include <string.h>
 

@@ -1,4 +1,5 @@
 /* answers: what the narrow phase was asked in the last tick, told and asked again, for measurements. Tick thread. */
+#include "ladder.h"
 #include "state.h"
 
 size_t world_answers(const world *w)
@@ -6,14 +7,14 @@ size_t world_answers(const world *w)
     return w->open.count;
 }
 
-static const pair *pair_of(const world *w, size_t i)
+static const pair *active_pair_of(const world *w, size_t i)
 {
     return &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
 }
 
 void world_get_answer(const world *w, size_t i, world_answer *out)
 {
-    const pair *p = pair_of(w, i);
+    const pair *p = active_pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     demand d = ladder_demand(w, p);
     *out = (world_answer){.type_a = a->shape.type,
@@ -26,7 +27,7 @@ void world_get_answer(const world *w, size_t i, world_answer *out)
 
 void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double relative, double *lo, double *hi)
 {
-    const pair *p = pair_of(w, i);
+    const pair *p = active_pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     demand d = ladder_demand(w, p);
     narrow_result r;
@@ -46,7 +47,7 @@ void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double r
 
 void world_ask_exactly(const world *w, size_t i, double *lo, double *hi)
 {
-    const pair *p = pair_of(w, i);
+    const pair *p = active_pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     pose b_in_a = solid_relative(w, a, b);
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 0, .range = INFINITY};

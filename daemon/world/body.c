@@ -1,4 +1,5 @@
 /* body: the life of a body: put, held, removed, and gone. Tick thread. */
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>

@@ -1,5 +1,6 @@
 /* body_shapes: the shapes of a body, which are solids: they are made when a definition brings others, and stay as
  * ghosts as a removed body does. Tick thread. */
+#include "ladder.h"
 #include "state.h"
 
 #include "geom/bounds.h"
@@ -13,16 +14,11 @@ static bool is_identity(pose p)
     return at.x == 0 && at.y == 0 && at.z == 0 && p.q.w == 1 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0;
 }
 
-static bool same_vec(vec3 a, vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 static bool same_shape(const solid *s, const world_shape *def)
 {
     const shape *a = &s->shape, *b = &def->shape;
     bool same = a->type == b->type && a->radius == b->radius && a->deviation == b->deviation &&
-                same_vec(a->half, b->half) && a->hull == b->hull && pose_same(s->local, def->local);
+                vec_equal(a->half, b->half) && a->hull == b->hull && pose_same(s->local, def->local);
     return same && (a->type != SHAPE_COMPOUND || compound_equal(a->compound, b->compound));
 }
 

@@ -1,6 +1,7 @@
 /* bounds: what can be said of a pair without a search: an interval by its boxes, one axis or two, and a support point a
  * shape. What is told of it is wider by a slack, and then stands until one has moved by that relative to the other: so
  * long the pair costs a motion bound a tick, and nobody needs to be told anew. Pure but for the pair's own record. */
+#include "ladder.h"
 #include "state.h"
 
 /* Of the pair's size: how far one may move before what was told by bounds is looked at again. */
@@ -16,11 +17,6 @@ static const double ROUNDING = 0x1p-46;
 double pair_size(const solid *a, const solid *b)
 {
     return (isfinite(a->reach) ? a->reach : 0) + (isfinite(b->reach) ? b->reach : 0);
-}
-
-static bool is_axis(vec3 v)
-{
-    return v.x != 0 || v.y != 0 || v.z != 0;
 }
 
 /* Distances change by no more than the points of both shapes have moved. Half-spaces turn without bound. */
@@ -86,7 +82,7 @@ static double apart_by_boxes(const solid *a, const solid *b, vec3 *axis)
 static void try_axis(const solid *a, const solid *b, const pose *b_in_a, vec3 axis, narrow_result *best)
 {
     narrow_result r;
-    if (!is_axis(axis)) return;
+    if (vec_equal(axis, VEC_ZERO)) return;
     narrow_bounds(&a->shape, &b->shape, b_in_a, axis, &r);
     double hi = fmin(best->hi, r.hi);
     vec3 point_a = best->hi <= r.hi ? best->point_a : r.point_a, point_b = best->hi <= r.hi ? best->point_b : r.point_b;
@@ -108,7 +104,8 @@ static void try_points(const solid *a, const solid *b, const pair *p, const pose
     best->point_b = point_b;
 }
 
-static void find(const world *w, const pair *p, const pose *b_in_a, bool remembers, void *scratch, narrow_result *r)
+static void find_bounds(
+    const world *w, const pair *p, const pose *b_in_a, bool remembers, void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     if (a->shape.type == SHAPE_HALFSPACE || b->shape.type == SHAPE_HALFSPACE) {
@@ -145,7 +142,7 @@ static double pair_error(const world *w, const pair *p)
 void bounds_find(
     const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r)
 {
-    find(w, p, b_in_a, remembers, scratch, r);
+    find_bounds(w, p, b_in_a, remembers, scratch, r);
     double moved = 2 * pair_error(w, p); /* now, and in the tick when they are found to stand still */
     r->lo -= moved;
     r->hi += moved;
@@ -164,7 +161,7 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
     vec3 axis = vec_unit(b_in_a->p), by_boxes;
     double balls = away - size - ROUNDING * (away + size) - 2 * pair_error(w, p);
     double boxes = apart_by_boxes(a, b, &by_boxes);
-    if (!is_axis(axis) || boxes > balls) axis = vec_unit(by_boxes);
+    if (vec_equal(axis, VEC_ZERO) || boxes > balls) axis = vec_unit(by_boxes);
     *r = (narrow_result){.lo = fmax(balls, boxes),
         .hi = INFINITY,
         .axis = axis,

@@ -10,6 +10,7 @@
  * A body that turns is soon out of such a room, and most of them still in their fat boxes. One of a single shape has a
  * box in its own frame that holds the shape: turned, it is looked at along each axis, in some 10 ns and without the
  * shape, and the room is found anew. Tick thread. */
+#include "calm.h"
 #include "state.h"
 
 #include "broad/fbox.h"

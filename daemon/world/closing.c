@@ -5,6 +5,7 @@
  * watch ends before anything is told of its pair under new terms (watch_find). An interest is closed, and gets its
  * snapshot, when nothing of it is old. Counted, so that it follows from the commands and the slices. */
 #include "events.h"
+#include "interest.h"
 
 #include <stdlib.h>
 
@@ -59,7 +60,7 @@ static void end_some(world *w, uint32_t id, size_t most)
     array_free(&order);
 }
 
-static size_t most_of(const world *w)
+static size_t most_ends(const world *w)
 {
     uint64_t most = w->slice / PART / AN_END;
     return w->slice == UINT64_MAX ? SIZE_MAX : most < SOME_AT_LEAST ? SOME_AT_LEAST : (size_t)most;
@@ -68,7 +69,7 @@ static size_t most_of(const world *w)
 /* All, or of each an equal share: who closes little does not wait for who closes much. */
 void closing_go_on(world *w)
 {
-    size_t most = most_of(w), count = 0;
+    size_t most = most_ends(w), count = 0;
     if (!w->olds) return;
     for (size_t k = 0; k < w->changed_interests.count; k++)
         count += w->interests.at[w->changed_interests.at[k]].olds > 0;

@@ -1,5 +1,6 @@
 /* effort: what it takes to put a body's boxes anew, in units of about a nanosecond, by counts: its shapes, and what the
  * boxes of these are found from. It decides how many poses are taken before a tick, and no answer. Tick thread. */
+#include "calm.h"
 #include "state.h"
 
 #include "geom/compound.h"

@@ -8,6 +8,8 @@
  * `begin_or_end_touch` and given up there, or in `watch_end` when the pair or the interest goes. */
 #include "events.h"
 
+#include "interest.h"
+
 #include <string.h>
 
 bool events_may_update(const world *w, const interest *i)

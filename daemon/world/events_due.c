@@ -1,6 +1,7 @@
 /* events_due: what is told without being news of this tick: updates that a rate held back; and the batches of a
  * tick. Tick thread. */
 #include "events.h"
+#include "interest.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,10 @@
 /* events_emit: one event: made out of what the narrow phase found, put into an interest's list and into the hash. Tick
  * thread. */
 #include "events.h"
+#include "interest.h"
 
 #include "base/hash.h"
-#include "narrow/feature_code.h"
+#include "narrow/contact/manifold.h"
 
 #include <string.h>
 

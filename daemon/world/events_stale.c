@@ -1,7 +1,9 @@
 /* events_stale: bodies that become unknown, or known again, and those that teleport. Tick thread. */
 #include "events.h"
+#include "match.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 world_event events_of_body(const world *w, uint32_t body_id)
 {
@@ -61,23 +63,40 @@ static int compare_keys(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void tell_watches_unknown(world *w, uint32_t solid_id)
+static void tell_pair_unknown(world *w, uint64_t key)
+{
+    uint32_t place = pair_map_get(&w->pair_of, key);
+    const pair *p = place == PAIR_MAP_NONE ? NULL : &w->pairs.at[place]; /* NULL: it has ended meanwhile */
+    if (!p || !(w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale)) return;
+    for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
+        watch *v = &w->watches.at[id];
+        if (v->unknown) continue;
+        snapshot_before(w, id);
+        v->unknown = true;
+        events_emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
+    }
+}
+
+static void list_pairs(world *w, uint32_t solid_id)
 {
     watched list = {.w = w, .solid = solid_id};
     broad_each_pair_of(w->broad, solid_id, list_pair, &list);
     list_lingering(&list);
     if (list.keys.count) qsort(list.keys.at, list.keys.count, sizeof *list.keys.at, compare_keys);
-    for (size_t i = 0; i < list.keys.count; i++) {
-        const pair *p = &w->pairs.at[pair_map_get(&w->pair_of, list.keys.at[i])];
-        for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
-            watch *v = &w->watches.at[id];
-            if (v->unknown) continue;
-            snapshot_before(w, id);
-            v->unknown = true;
-            events_emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
-        }
-    }
+    for (size_t i = 0; i < list.keys.count; i++) array_push(&w->unknown_due, list.keys.at[i]);
     array_free(&list.keys);
+}
+
+/* One body alone may have more pairs than a tick has time to tell of: the others follow in the next ones. That it is
+ * unknown as a whole has been told. */
+static void tell_pairs_unknown(world *w, size_t *most)
+{
+    size_t some = w->unknown_due.count < *most ? w->unknown_due.count : *most;
+    for (size_t i = 0; i < some; i++) tell_pair_unknown(w, w->unknown_due.at[i]);
+    *most -= some;
+    w->unknown_due.count -= some;
+    if (some && w->unknown_due.count)
+        memmove(w->unknown_due.at, w->unknown_due.at + some, w->unknown_due.count * sizeof *w->unknown_due.at);
 }
 
 /* What they were to each other ends where they were. All pairs of what was moved are active, or will be. */
@@ -93,11 +112,17 @@ void events_teleported(world *w)
 
 void events_unknown(world *w)
 {
+    enum { PART = 4 /* of a slice, at most */, SOME_AT_LEAST = 64 };
+    size_t most = w->slice == UINT64_MAX ? SIZE_MAX : (size_t)(w->slice / PART / TELL_UNKNOWN);
+    if (most < SOME_AT_LEAST) most = SOME_AT_LEAST;
+    tell_pairs_unknown(w, &most);
     for (size_t i = 0; i < w->stale_now.count; i++) {
         const body *b = &w->bodies.at[w->stale_now.at[i]];
         tell_whole_body(w, w->stale_now.at[i], EVENT_UNKNOWN, CAUSE_STALE);
-        for (size_t k = 0; k < b->shape_count; k++) tell_watches_unknown(w, b->shapes[k]);
+        for (size_t k = 0; k < b->shape_count; k++) list_pairs(w, b->shapes[k]);
+        tell_pairs_unknown(w, &most);
     }
+    w->sliced |= w->unknown_due.count > 0;
 }
 
 /* A stale body that was removed is not unknown any more either: it is gone. */

@@ -5,6 +5,7 @@
  * that came up, never at all bodies, and an entry comes up at most once a deadline. Entries that are void
  * (their body is gone, or has an earlier one) stay until they come up, or until there are more of them than of bodies.
  */
+#include "base/sort.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -77,7 +78,7 @@ void expiry_set(world *w, uint32_t id)
 }
 
 /* Of many that become stale at once those that are left become so in the next tick, which is due. */
-static bool is_enough(world *w)
+static bool has_told_enough(world *w)
 {
     enum { PART = 4 /* of a slice, at most */ };
     bool enough = w->slice != UINT64_MAX && w->stale_units > w->slice / PART;
@@ -87,8 +88,7 @@ static bool is_enough(world *w)
 
 static void make_stale(world *w, uint32_t id)
 {
-    enum { A_BODY = 1000, A_PAIR = 1000 }; /* units, with what is told of it */
-    w->stale_units += A_BODY + A_PAIR * (uint64_t)w->bodies.at[id].pair_count;
+    w->stale_units += TELL_UNKNOWN * (uint64_t)(1 + w->bodies.at[id].pair_count);
     w->bodies.at[id].stale = true;
     w->figures.stale_bodies++;
     array_push(&w->stale_now, id);
@@ -108,7 +108,7 @@ static void make_fresh_what_moved(world *w)
 static void make_stale_what_is_held(world *w)
 {
     size_t i = 0;
-    for (; i < w->held_now.count && !is_enough(w); i++) {
+    for (; i < w->held_now.count && !has_told_enough(w); i++) {
         const body *b = &w->bodies.at[w->held_now.at[i]];
         if (b->used && !b->ghost && b->held && !b->stale) make_stale(w, w->held_now.at[i]);
     }
@@ -118,7 +118,7 @@ static void make_stale_what_is_held(world *w)
 
 static void make_stale_what_is_due(world *w)
 {
-    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns && !is_enough(w)) {
+    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns && !has_told_enough(w)) {
         expiry e = take_entry(w);
         body *b = &w->bodies.at[e.body];
         if (is_void(w, &e)) continue;
@@ -131,23 +131,18 @@ static void make_stale_what_is_due(world *w)
     }
 }
 
-static int compare_ids(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 void expiry_find(world *w)
 {
-    w->stale_now.count = w->fresh_now.count = w->stale_units = 0;
+    w->stale_now.count = w->fresh_now.count = 0;
+    w->stale_units = TELL_UNKNOWN * (uint64_t)w->unknown_due.count;
     make_fresh_what_moved(w);
     make_stale_what_is_held(w);
     make_stale_what_is_due(w);
-    if (w->stale_now.count) qsort(w->stale_now.at, w->stale_now.count, sizeof *w->stale_now.at, compare_ids);
+    if (w->stale_now.count) qsort(w->stale_now.at, w->stale_now.count, sizeof *w->stale_now.at, sort_compare_u32);
 }
 
 int64_t expiry_next_ns(const world *w)
 {
-    if (w->held_now.count) return INT64_MIN;
+    if (w->held_now.count || w->unknown_due.count) return INT64_MIN;
     return w->expiries.count ? w->expiries.at[0].time_ns : INT64_MAX;
 }

@@ -1,5 +1,6 @@
 /* impact: what pairs did on their way from one tick to the next, and what they will do: searches for a time of impact,
  * one a pair and interest that asks for it, in parallel. Each reads the world and writes its own result only. */
+#include "interest.h"
 #include "state.h"
 
 #include <stdlib.h>

@@ -5,7 +5,6 @@
  * keeps them apart all along. Its tangents (the gaps along the axes that were found) bracket that time: cutting planes.
  * What is proposed is tested before it is believed (toi_find), so that nothing rests on it, and for shapes that turn it
  * may do as well. Pure; any thread, each with its own scratch. */
-#include "narrow/toi_parts.h"
 #include "state.h"
 
 enum { LOOKS_MAX = 4 };

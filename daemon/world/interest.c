@@ -3,7 +3,9 @@
  *
  * A tick costs nothing for an interest that has nothing to be told: what concerns one puts it on the list of the
  * lively, and only that is walked. */
+#include "interest.h"
 #include "base/sort.h"
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -21,6 +23,17 @@ void interest_wake(world *w, uint32_t id)
     interest *i = &w->interests.at[id];
     if (!i->lively) array_push(&w->lively, id);
     i->lively = true;
+}
+
+void interest_wake_selecting(world *w, uint32_t id)
+{
+    const match *m = &w->match;
+    if (id >= m->selectors.count) return;
+    for (int side = 0; side < 2; side++)
+        for (size_t i = 0; i < m->selectors.at[id].sides[side].count; i++) {
+            const match_selection *s = &m->selections.at[m->selectors.at[id].sides[side].at[i]];
+            for (size_t k = 0; k < s->ids.count; k++) interest_wake(w, s->ids.at[k]);
+        }
 }
 
 void interest_sort_lively(world *w)
@@ -231,17 +244,11 @@ size_t interest_unseen(const world *w, const interest *i)
 
 /* ---- in the tick ---- */
 
-static int compare_ids(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* What was told under the old terms of those that changed ends; they stay on the list until all of it has. */
 static void close_changed(world *w)
 {
     size_t count = w->changed_interests.count;
-    if (count > 1) qsort(w->changed_interests.at, count, sizeof *w->changed_interests.at, compare_ids);
+    if (count > 1) qsort(w->changed_interests.at, count, sizeof *w->changed_interests.at, sort_compare_u32);
     for (size_t k = 0; k < count; k++) {
         uint32_t id = w->changed_interests.at[k];
         interest *i = &w->interests.at[id];

@@ -8,6 +8,8 @@
  * Where bounds are all that is asked (bounds.c), bounds are all that is found. With a budget every pair that the cheap
  * rungs leave open gets bounds that hold first, and is refined then in the order of need, as far as units of work are
  * granted (work.c). */
+#include "ladder.h"
+#include "interest.h"
 #include "state.h"
 
 #include "base/array.h"
@@ -87,11 +89,6 @@ demand ladder_demand(const world *w, const pair *p)
     return d;
 }
 
-static bool is_axis(vec3 v)
-{
-    return v.x != 0 || v.y != 0 || v.z != 0;
-}
-
 /* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state.
  */
 static bool remembers(const world *w)
@@ -107,7 +104,8 @@ static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double l
     narrow_cache *c = &p->cache;
     out->rung = RUNG_MOTION_BOUND;
     out->cost = WORK_A_MOTION_BOUND;
-    if (is_axis(c->axis) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) return true;
+    if (!vec_equal(c->axis, VEC_ZERO) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit)
+        return true;
     if (w->grant) return false; /* what looks at shapes is granted: bounds_find looks along the same axes */
     out->rung = RUNG_CACHED_AXIS;
     out->cost = WORK_AN_AXIS;
@@ -439,7 +437,7 @@ static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
     return done;
 }
 
-static void leave(world *w, uint32_t k)
+static void leave_for_later(world *w, uint32_t k)
 {
     pair *p = &w->pairs.at[w->active_pairs.at[k]];
     w->outcomes.at[k].left = true;
@@ -452,7 +450,7 @@ static void leave_unbounded(world *w)
 {
     for (size_t n = w->bounded; n < w->bounds; n++) {
         const outcome *o = &w->outcomes.at[w->open.at[n]];
-        if (o->coarse && o->left) leave(w, w->open.at[n]);
+        if (o->coarse && o->left) leave_for_later(w, w->open.at[n]);
     }
 }
 
@@ -487,7 +485,7 @@ static void decide_within_budget(world *w)
         refined = refine_what_is_granted(w, todo, granted, &done);
         work_learn(w, todo, refined, done);
     }
-    for (size_t i = refined; i < w->needs.count; i++) leave(w, (uint32_t)w->needs.at[i]);
+    for (size_t i = refined; i < w->needs.count; i++) leave_for_later(w, (uint32_t)w->needs.at[i]);
     w->figures.work = done;
     w->figures.undone = w->unfinished.count;
     w->figures.undone_ticks += w->unfinished.count > 0;

@@ -5,6 +5,7 @@
  * Their ids, and names in events, stay until then. What gets the same name meanwhile, or the same body with its new
  * shapes, is held back: it is in no interest, so that under a name one thing ends before another begins. All of it is
  * counted. */
+#include "match.h"
 #include "state.h"
 
 enum { A_PAIR = 1500 /* units: its end, with what is told */, PART = 4 /* of a slice, at most */ };

@@ -4,7 +4,6 @@
 #include "base/hash.h"
 #include "base/secret.h"
 #include "base/sort.h"
-#include "state.h"
 
 #include <stdlib.h>
 
@@ -67,7 +66,7 @@ void match_free(match *m)
 
 /* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it;
  * what a rule adds is carried by the body whose rule it is, alone. */
-static match_reach reach_of(const interest *i)
+static match_reach reach_of_interest(const interest *i)
 {
     double most = 0;
     if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
@@ -329,7 +328,7 @@ static void tidy(world *w, uint32_t id)
         uint32_t at = (uint32_t)w->match.scratch.at[i];
         const interest *x = &w->interests.at[at];
         if (!x->used || x->selection != id || (kept && s->ids.at[kept - 1] == at)) continue;
-        match_reach reach = reach_of(x);
+        match_reach reach = reach_of_interest(x);
         add_reach(&s->reach, &reach);
         s->ids.at[kept++] = at;
     }
@@ -388,12 +387,6 @@ void match_refresh(world *w)
 
 /* ---- classes ---- */
 
-static int compare_ids(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 bool match_class_has(const match *m, uint32_t id, uint32_t selector)
 {
     const match_class *c = &m->classes.at[id];
@@ -427,7 +420,7 @@ uint32_t match_class_of_found(match *m)
 {
     uint32_t *ids = m->found.at, count = (uint32_t)m->found.count;
     if (!count) return 0;
-    if (count > 1) qsort(ids, count, sizeof *ids, compare_ids);
+    if (count > 1) qsort(ids, count, sizeof *ids, sort_compare_u32);
     uint32_t kept = 1;
     for (uint32_t i = 1; i < count; i++)
         if (ids[i] != ids[kept - 1]) ids[kept++] = ids[i];
@@ -492,24 +485,13 @@ const match_class *match_concern(match *m, uint32_t id)
     return c;
 }
 
-void match_wake(world *w, uint32_t id)
-{
-    const match *m = &w->match;
-    if (id >= m->selectors.count) return;
-    for (int side = 0; side < 2; side++)
-        for (size_t i = 0; i < m->selectors.at[id].sides[side].count; i++) {
-            const match_selection *s = &m->selections.at[m->selectors.at[id].sides[side].at[i]];
-            for (size_t k = 0; k < s->ids.count; k++) interest_wake(w, s->ids.at[k]);
-        }
-}
-
 /* ---- who wants ---- */
 
 /* Those of the selections in m->found, each once. */
 static match_list list_of_found(match *m)
 {
     size_t count = 0, kept = 0;
-    if (m->found.count > 1) qsort(m->found.at, m->found.count, sizeof *m->found.at, compare_ids);
+    if (m->found.count > 1) qsort(m->found.at, m->found.count, sizeof *m->found.at, sort_compare_u32);
     for (size_t i = 0; i < m->found.count; i++)
         if (!i || m->found.at[i] != m->found.at[kept - 1]) m->found.at[kept++] = m->found.at[i];
     m->found.count = kept;

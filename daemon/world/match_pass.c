@@ -6,6 +6,7 @@
  * is true, but not all, and it has no snapshot. A body that is put is held against all patterns at once; where many
  * have been tried since the last tick, it waits, is in no interest's pairs until then, and all interests are told that
  * something is undone. */
+#include "interest.h"
 #include "match.h"
 
 #include "base/hash.h"

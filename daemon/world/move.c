@@ -2,6 +2,7 @@
  *
  * Almost all of them are of calm bodies, in their rooms, that have moved since the last tick before: of these a pose
  * looks at two cache lines of the body and writes one. */
+#include "calm.h"
 #include "state.h"
 
 #include <stddef.h>

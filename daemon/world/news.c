@@ -8,7 +8,7 @@ static bool same_bits(const void *a, const void *b, size_t size)
     return memcmp(a, b, size) == 0;
 }
 
-static bool same_vec(const vec3 *a, const vec3 *b)
+static bool same_vec_bits(const vec3 *a, const vec3 *b)
 {
     return same_bits(a, b, sizeof *a);
 }
@@ -18,7 +18,7 @@ static bool same_manifold(const manifold *a, const manifold *b)
     bool same = a->count == b->count;
     for (uint32_t i = 0; same && i < a->count; i++) {
         const manifold_point *p = &a->points[i], *q = &b->points[i];
-        same = p->feature == q->feature && same_vec(&p->point, &q->point) &&
+        same = p->feature == q->feature && same_vec_bits(&p->point, &q->point) &&
                same_bits(&p->distance, &q->distance, sizeof p->distance);
     }
     return same;
@@ -34,10 +34,10 @@ bool news_same_impact(const world_impact *a, const world_impact *b)
 bool news_same_facts(const world_event *a, const world_event *b)
 {
     return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
-           same_vec(&a->axis, &b->axis) && same_vec(&a->point_a, &b->point_a) && same_vec(&a->point_b, &b->point_b) &&
-           same_bits(&a->closing, &b->closing, sizeof a->closing) && a->achieved == b->achieved &&
-           a->shape_a == b->shape_a && a->shape_b == b->shape_b && same_manifold(&a->manifold, &b->manifold) &&
-           strcmp(a->name_a, b->name_a) == 0;
+           same_vec_bits(&a->axis, &b->axis) && same_vec_bits(&a->point_a, &b->point_a) &&
+           same_vec_bits(&a->point_b, &b->point_b) && same_bits(&a->closing, &b->closing, sizeof a->closing) &&
+           a->achieved == b->achieved && a->shape_a == b->shape_a && a->shape_b == b->shape_b &&
+           same_manifold(&a->manifold, &b->manifold) && strcmp(a->name_a, b->name_a) == 0;
 }
 
 static void take_older(const body *b, int64_t *oldest)

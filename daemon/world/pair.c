@@ -1,5 +1,7 @@
 /* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
  */
+#include "interest.h"
+#include "match.h"
 #include "state.h"
 
 #include "base/sort.h"
@@ -144,7 +146,7 @@ static void enter_pair(world *w, uint32_t solid)
     b->pair_count++;
 }
 
-static uint32_t begin(world *w, uint32_t a, uint32_t b)
+static uint32_t begin_pair(world *w, uint32_t a, uint32_t b)
 {
     assert(a != b && w->solids.at[a].used && w->solids.at[b].used);
     uint32_t id = id_pool_take(&w->pair_ids);
@@ -282,7 +284,7 @@ uint32_t pair_meet(world *w, uint32_t a, uint32_t b)
 {
     if (!payers_allow(w, a, b)) return PAIR_MAP_NONE;
     uint32_t id = pair_find(w, a, b);
-    if (id == PAIR_MAP_NONE) return begin(w, a, b);
+    if (id == PAIR_MAP_NONE) return begin_pair(w, a, b);
     if (w->pairs.at[id].lingers) payers_charge(w, &w->pairs.at[id]);
     w->lingers -= w->pairs.at[id].lingers;
     w->pairs.at[id].lingers = false;
@@ -292,6 +294,7 @@ uint32_t pair_meet(world *w, uint32_t a, uint32_t b)
 typedef struct latecomers {
     const world *w;
     uint32_t proxy;
+    size_t passed;
     ARRAY(uint64_t) keys;
 } latecomers;
 
@@ -299,30 +302,58 @@ static void find_latecomer(void *context, uint32_t other)
 {
     latecomers *l = context;
     uint32_t id = pair_find(l->w, l->proxy, other);
+    l->passed++;
     if (l->proxy < other && !l->w->solids.at[other].ghost && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
         array_push(&l->keys, pair_key(l->proxy, other));
 }
 
+/* In units, with finding, deciding and telling of it. */
+enum { A_LATECOMER = 4000, A_PASSED = 50, LET_IN_PART = 4 /* of a slice, at most */, LET_IN_AT_LEAST = 64 };
+
+static size_t most_looked_at(const world *w, uint64_t each)
+{
+    uint64_t most = w->slice / LET_IN_PART / each;
+    return w->slice == UINT64_MAX ? SIZE_MAX : most < LET_IN_AT_LEAST ? LET_IN_AT_LEAST : (size_t)most;
+}
+
+/* From the next solid on, so many, or until so many pairs have been passed. */
+static void find_latecomers(world *w, latecomers *l, size_t most)
+{
+    size_t passed = 0, passes = most_looked_at(w, A_PASSED);
+    while (w->lets_in_next < w->solids.count && l->keys.count < most && passed < passes) {
+        uint32_t id = w->lets_in_next++;
+        size_t first = l->keys.count;
+        passed++;
+        if (!w->solids.at[id].used || w->solids.at[id].ghost) continue;
+        l->proxy = id;
+        l->passed = 0;
+        broad_each_pair_of(w->broad, id, find_latecomer, l);
+        passed += l->passed;
+        array_reserve(&w->sort_scratch, l->keys.count);
+        sort_keys(l->keys.at + first, w->sort_scratch.at, l->keys.count - first);
+    }
+    if (l->keys.count <= most) return;
+    w->lets_in_next--; /* it has more */
+    l->keys.count = most;
+}
+
 /* Those that were left out begin in the order of their ids, and are decided like what the last tick left. To find them
- * takes a walk over all pairs: only once there is room for all of them, or for a good share of what may be. */
+ * takes a walk over all pairs: only once there is room for all of them, or for a good share of what may be; then some
+ * in each tick, until that walk is over. */
 static void let_in(world *w)
 {
-    size_t out = pair_left_out(w), room = room_for_pairs(w);
-    if (room < out && room <= w->options.max_pairs / 16) return;
+    size_t out = pair_left_out(w), room = room_for_pairs(w), most = most_looked_at(w, A_LATECOMER);
+    if (!w->lets_in && room < out && room <= w->options.max_pairs / 16) return;
+    if (!w->lets_in) w->lets_in_next = 0;
     latecomers l = {.w = w};
-    for (uint32_t id = 0; id < w->solids.count && l.keys.count < room; id++) {
-        size_t first = l.keys.count;
-        if (!w->solids.at[id].used || w->solids.at[id].ghost) continue;
-        l.proxy = id;
-        broad_each_pair_of(w->broad, id, find_latecomer, &l);
-        array_reserve(&w->sort_scratch, l.keys.count);
-        sort_keys(l.keys.at + first, w->sort_scratch.at, l.keys.count - first);
-    }
-    for (size_t i = 0; i < l.keys.count && i < room; i++) {
+    find_latecomers(w, &l, room < most ? room : most);
+    for (size_t i = 0; i < l.keys.count; i++) {
         uint32_t a = (uint32_t)(l.keys.at[i] >> 32), b = (uint32_t)l.keys.at[i];
         pair_meet(w, a, b);
         array_push(&w->unfinished, pair_find(w, a, b));
     }
+    w->lets_in = w->lets_in_next < w->solids.count && l.keys.count < room;
+    w->sliced |= w->lets_in;
     array_free(&l.keys);
 }
 
@@ -330,7 +361,10 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 {
     for (size_t i = 0; i < changes->ended_count; i++) pair_part(w, changes->ended[i].a, changes->ended[i].b);
     for (size_t i = 0; i < changes->began_count; i++) pair_meet(w, changes->began[i].a, changes->began[i].b);
-    if (w->figures.pairs_left_out) let_in(w);
+    if (w->figures.pairs_left_out)
+        let_in(w);
+    else
+        w->lets_in = false;
     end_lingering(w);
     w->figures.pairs_left_out = pair_left_out(w);
 }

@@ -10,6 +10,7 @@
  * met anything. All of it follows from counts. Tick thread, but for past_body. */
 #include "base/sort.h"
 #include "events.h"
+#include "match.h"
 
 #include <stdlib.h>
 

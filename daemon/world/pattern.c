@@ -268,7 +268,7 @@ static void try_lists(search *f, bool of_group, bool tail)
     }
 }
 
-static void search_all(search *f)
+static void search_lists(search *f)
 {
     for (int of_group = 0; of_group < 2; of_group++)
         for (int tail = 0; tail < 2; tail++)
@@ -279,14 +279,14 @@ static void search_all(search *f)
 size_t pattern_set_find(const pattern_set *s, const char *name, const char *group, pattern_ids *found)
 {
     search f = {s, name, group, found, PAIR_MAP_NONE, 1};
-    search_all(&f);
+    search_lists(&f);
     return f.tried;
 }
 
 uint32_t pattern_set_first(const pattern_set *s, const char *name, const char *group)
 {
     search f = {s, name, group, NULL, PAIR_MAP_NONE, 1};
-    search_all(&f);
+    search_lists(&f);
     return f.least;
 }
 

@@ -10,22 +10,22 @@
 enum { KEPT = 4, SHARES_LEAST = 16 }; /* one part in so many; it is for so many owners, at the least */
 
 /* 0 is no key. Whose owners have the same one share a place. */
-static uint64_t key_of(uint64_t owner)
+static uint64_t purse_key(uint64_t owner)
 {
     return owner ? owner : UINT64_MAX;
 }
 
-static uint32_t place_of(const world *w, uint64_t owner)
+static uint32_t place_of_payer(const world *w, uint64_t owner)
 {
     if (w->last_payer < w->payers.count && w->payers.at[w->last_payer].pairs &&
-        key_of(w->payers.at[w->last_payer].owner) == key_of(owner))
+        purse_key(w->payers.at[w->last_payer].owner) == purse_key(owner))
         return w->last_payer;
-    return pair_map_get(&w->payer_of, key_of(owner));
+    return pair_map_get(&w->payer_of, purse_key(owner));
 }
 
 static uint32_t charged_to(const world *w, uint64_t owner)
 {
-    uint32_t place = place_of(w, owner);
+    uint32_t place = place_of_payer(w, owner);
     return place == PAIR_MAP_NONE ? 0 : w->payers.at[place].pairs;
 }
 
@@ -75,13 +75,13 @@ void payers_charge(world *w, pair *p)
 {
     uint32_t has;
     uint64_t owner = payer_of(w, p->a, p->b, &has);
-    uint32_t place = place_of(w, owner);
+    uint32_t place = place_of_payer(w, owner);
     if (place == PAIR_MAP_NONE) {
         place = id_pool_take(&w->payer_ids);
         array_reserve(&w->payers, (size_t)place + 1);
         if (place >= w->payers.count) w->payers.count = place + 1;
         w->payers.at[place] = (payer){.owner = owner};
-        pair_map_put(&w->payer_of, key_of(owner), place);
+        pair_map_put(&w->payer_of, purse_key(owner), place);
     }
     w->payers.at[place].pairs++;
     w->last_payer = place;
@@ -92,7 +92,7 @@ void payers_release(world *w, const pair *p)
 {
     payer *of = &w->payers.at[p->payer];
     if (--of->pairs) return;
-    pair_map_remove(&w->payer_of, key_of(of->owner));
+    pair_map_remove(&w->payer_of, purse_key(of->owner));
     id_pool_give(&w->payer_ids, p->payer);
 }
 
@@ -101,7 +101,7 @@ void payers_restored(world *w)
     for (uint32_t i = 0; i < w->payers.count; i++) id_pool_take(&w->payer_ids);
     for (uint32_t i = 0; i < w->payers.count; i++)
         if (w->payers.at[i].pairs)
-            pair_map_put(&w->payer_of, key_of(w->payers.at[i].owner), i);
+            pair_map_put(&w->payer_of, purse_key(w->payers.at[i].owner), i);
         else
             id_pool_give(&w->payer_ids, i);
 }

@@ -2,6 +2,8 @@
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
 #include "geom/compound.h"
 #include "geom/mesh.h"
+#include "interest.h"
+#include "ladder.h"
 #include "state.h"
 
 #include <stdarg.h>

@@ -328,7 +328,7 @@ static void insert(world_hits *hits, const world_hit *hit, size_t most)
 
 /* How far to look: whoever has a lower bound below that of the last one is at most a tolerance farther away than it. So
  * the answer does not depend on the order of the visits. */
-static double reach_of(const nearest *n)
+static double range_left(const nearest *n)
 {
     const world_hits *hits = n->search.out;
     if (hits->count < n->most) return n->range;
@@ -342,18 +342,18 @@ static double near_visit(void *context, uint32_t proxy, double distance)
     const solid *s = &q->w->solids.at[proxy];
     (void)distance;
     if (!world_may_go_on(q->out)) return -1; /* nothing is so near: it ends */
-    if (!concerns(q, s)) return reach_of(n);
-    narrow_result r = ask(q, 0, s, reach_of(n));
+    if (!concerns(q, s)) return range_left(n);
+    narrow_result r = ask(q, 0, s, range_left(n));
     world_hit hit = hit_of(q, s, &r, 0);
-    if (r.lo <= reach_of(n)) insert(q->out, &hit, n->most);
-    return reach_of(n);
+    if (r.lo <= range_left(n)) insert(q->out, &hit, n->most);
+    return range_left(n);
 }
 
 static void look_around(nearest *n, const probe *p)
 {
     n->search.probe = *p;
     aabb box = shape_bounds(p->shape, pose_mul(p->at, p->local));
-    broad_query_nearest(n->search.w->broad, box, reach_of(n), near_visit, n);
+    broad_query_nearest(n->search.w->broad, box, range_left(n), near_visit, n);
 }
 
 void world_query_nearest(

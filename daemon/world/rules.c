@@ -112,7 +112,7 @@ static void grow_answers(rule_sets *r)
     r->answered = 0;
 }
 
-static rule_answer *place_of(const rule_sets *r, uint64_t set, uint64_t other)
+static rule_answer *place_of_answer(const rule_sets *r, uint64_t set, uint64_t other)
 {
     uint64_t h = (set * 0x9e3779b97f4a7c15u ^ other) * 0xbf58476d1ce4e5b9u;
     return &r->answers[h >> (64 - r->answers_log2)];
@@ -123,7 +123,7 @@ uint32_t rules_first(rule_sets *r, uint32_t set, uint64_t label, const char *nam
     const rule_set *s = &r->sets.at[set];
     if (!set) return PAIR_MAP_NONE;
     grow_answers(r);
-    rule_answer *a = place_of(r, s->number, label);
+    rule_answer *a = place_of_answer(r, s->number, label);
     if (a->set == s->number && a->other == label) return a->first;
     *a = (rule_answer){s->number, label, pattern_set_first(&s->patterns, name, group)};
     r->answered++;

@@ -4,6 +4,8 @@
 
 #include "base/hash.h"
 #include "geom/compound.h"
+#include "interest.h"
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -394,7 +396,7 @@ static const char *get_watch(bytes_in *from, world *w)
 typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
     uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending, past_clear;
-    uint32_t turn;
+    uint32_t turn, lets_in, lets_in_next;
     uint32_t body_serial, epoch;
     world_figures figures;
 } head;
@@ -483,6 +485,8 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .pending = w->pending,
         .past_clear = w->past_clear,
         .turn = w->turn,
+        .lets_in = w->lets_in,
+        .lets_in_next = w->lets_in_next,
         .body_serial = w->body_serial,
         .epoch = w->epoch,
         .figures = w->figures};
@@ -506,6 +510,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->concerned);
     PUT_LIST(to, &w->leaving);
     PUT_LIST(to, &w->held_now);
+    PUT_LIST(to, &w->unknown_due);
 }
 
 /* There is room for them. */
@@ -628,6 +633,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     GET_LIST(from, &w->concerned);
     GET_LIST(from, &w->leaving);
     GET_LIST(from, &w->held_now);
+    GET_LIST(from, &w->unknown_due);
     for (size_t i = 0; i < w->held_now.count; i++)
         if (w->held_now.at[i] >= w->bodies.count) return "a body that is held is not there";
     for (size_t i = 0; i < w->leaving.count; i++)
@@ -638,6 +644,8 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->pending = h.pending;
     w->past_clear = h.past_clear;
     w->turn = h.turn;
+    w->lets_in = h.lets_in != 0;
+    w->lets_in_next = h.lets_in_next;
     w->last_tick_ns = h.last_tick_ns;
     w->now_ns = h.now_ns;
     w->serial = h.serial;

@@ -5,7 +5,8 @@
  * a body that is taken what the broad phase has put off is searched (new pairs, and those that have parted), and each
  * of its pairs is decided that was decided last before one of its bodies changed: so none is decided twice, and a pair
  * says itself whether it is out of date (pair_is_pending). A body of so many pairs that they do not fit goes back
- * behind its owner's others; what it has waited for longest is decided first, new pairs among it.
+ * behind its owner's others; what it has waited for longest is decided first, new pairs among it. One of so many that
+ * to find out which these are takes longer than a tick has goes through them by ids, a part of them in each turn.
  *
  * Who is next: each owner has a purse; the purses take turns, and get an equal share of the slice in each (deficit
  * round robin), so that whose bodies are few are not kept waiting by who has millions of pairs. Whose body is taken
@@ -13,16 +14,21 @@
  * that are due: nobody's work is done at the cost of those that he has surrounded with his bodies.
  *
  * Units are counts, so that all of it follows from the commands and the slices. */
+#include "interest.h"
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>
 
 enum {
     A_MILLISECOND = 1000000,
-    A_BODY = 100,         /* units */
-    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
-    A_PAIR_LISTED = 250,  /* and sorted by how long it has waited */
-    MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
+    A_BODY = 100,        /* units */
+    A_PAIR_SEEN = 25,    /* one that is looked at, and perhaps not pending */
+    A_PAIR_LISTED = 250, /* and sorted by how long it has waited */
+    MANY_PAIRS = 256,    /* a body with fewer cheap ones is never taken in parts */
+    HUB_PAIRS = 32768,   /* one with more is gone through in parts, ... */
+    HUGE_PAIRS = 131072, /* ... certainly one with so many */
+    A_LOOK_UP = 100,
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
@@ -68,7 +74,7 @@ static uint32_t purse_of(world *w, uint64_t owner)
     return empty;
 }
 
-static void put_last(world *w, uint32_t id, uint32_t to)
+static void put_due_last(world *w, uint32_t id, uint32_t to)
 {
     purse *p = &w->purses.at[to];
     body *b = &w->bodies.at[id];
@@ -85,7 +91,7 @@ static void put_last(world *w, uint32_t id, uint32_t to)
     w->due++;
 }
 
-static void take_out(world *w, uint32_t id)
+static void take_from_due(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     purse *p = &w->purses.at[b->purse];
@@ -129,13 +135,13 @@ static void make_due(world *w, uint32_t id, uint32_t *recent)
     if (b->is_due) return;
     bool same = *recent < w->purses.count && w->purses.at[*recent].count && w->purses.at[*recent].owner == b->owner;
     if (!same) *recent = purse_of(w, b->owner);
-    put_last(w, id, *recent);
+    put_due_last(w, id, *recent);
 }
 
 void slices_forget(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
-    if (b->is_due) take_out(w, id);
+    if (b->is_due) take_from_due(w, id);
     w->parked -= b->is_parked;
     b->is_parked = false;
     weigh(w, b, 0);
@@ -150,6 +156,7 @@ typedef struct turn {
     uint64_t spent;
     bool left;       /* something was, to another body's turn; ... */
     bool left_new;   /* ... and a search found it */
+    uint64_t since;  /* the tick in which the look at its pairs began */
     size_t searched; /* shapes */
 } turn;
 
@@ -182,7 +189,7 @@ static uint64_t activate_found(world *w, uint32_t id)
 
 typedef enum searched { ALL_FOUND, CUT_OFF, NO_ROOM } searched;
 
-static searched search(turn *t, uint32_t solid, uint64_t units)
+static searched search_solid(turn *t, uint32_t solid, uint64_t units)
 {
     world *w = t->w;
     broad_changes changes;
@@ -288,6 +295,44 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
     return whole;
 }
 
+/* ---- a body of so many pairs that to look at each of them takes longer than a tick has ---- */
+
+/* Not if it has them among far more that it has none with. */
+static bool is_hub(const world *w, size_t pairs)
+{
+    return pairs > HUGE_PAIRS || (pairs > HUB_PAIRS && pairs * 4 >= w->solids.count);
+}
+
+/* By the ids of the others, from where the last turn ended: a pass over all of them may take many ticks. What it has
+ * gone by before the body changed again is for the next pass. False: something is left. */
+static bool activate_by_ids(turn *t, body *b, uint64_t units)
+{
+    enum { SOME_AT_LEAST = 64 };
+    world *w = t->w;
+    uint64_t before = t->spent, seen = 0;
+    if (!b->pass_tick) {
+        b->pass_tick = w->figures.ticks;
+        b->pass_shape = b->pass_next = b->pass_left = 0;
+    }
+    for (; b->pass_shape < b->shape_count; b->pass_shape++, b->pass_next = 0) {
+        t->solid = b->shapes[b->pass_shape];
+        for (; b->pass_next < w->solids.count; b->pass_next++, seen++) {
+            bool some = seen < SOME_AT_LEAST && t->spent - before < A_MILLISECOND;
+            if (!some && t->spent >= units) {
+                b->pass_left |= t->left;
+                return false;
+            }
+            uint32_t id;
+            t->spent += A_LOOK_UP;
+            if (w->solids.at[b->pass_next].used && is_waiting(t, b->pass_next, &id)) t->spent += pair_activate(w, id);
+        }
+    }
+    t->left |= b->pass_left;
+    t->since = b->pass_tick;
+    b->pass_tick = 0;
+    return b->changed_tick <= t->since;
+}
+
 typedef struct prices {
     const world *w;
     double sum;
@@ -311,10 +356,12 @@ static bool may_take_more(const world *w, const body *b, uint64_t units)
     return p.sum > (double)units;
 }
 
-static bool activate_pairs(turn *t, const body *b, uint64_t units)
+static bool activate_pairs(turn *t, body *b, uint64_t units)
 {
     size_t pairs = 0;
     for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
+    if (units != UINT64_MAX && is_hub(t->w, pairs)) return activate_by_ids(t, b, units);
+    b->pass_tick = 0;
     bool many = pairs > MANY_PAIRS || (units != UINT64_MAX && may_take_more(t->w, b, units));
     if (many && units != UINT64_MAX) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
@@ -337,15 +384,15 @@ typedef enum taken { WHOLE, IN_PART, FULL } taken;
 static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
 {
     body *b = &w->bodies.at[id];
-    turn t = {.w = w, .body = b, .spent = A_BODY};
+    turn t = {.w = w, .body = b, .spent = A_BODY, .since = w->figures.ticks};
     taken how = WHOLE;
     for (size_t i = 0; i < b->shape_count; i++) {
-        searched s = search(&t, b->shapes[i], units);
+        searched s = search_solid(&t, b->shapes[i], units);
         if (s == CUT_OFF) how = IN_PART;
         if (s == NO_ROOM && how == WHOLE) how = FULL;
     }
     if (!activate_pairs(&t, b, units)) how = IN_PART;
-    b->gathered_tick = how == WHOLE && !t.left ? w->figures.ticks : 0;
+    b->gathered_tick = how == WHOLE && !t.left ? t.since : 0;
     if (w->ccds) note_left(&t, b);
     *spent += t.spent;
     return how;
@@ -401,8 +448,8 @@ static void take_turn(world *w, uint32_t at, uint64_t *spent)
         uint64_t before = *spent, left = w->slice - before, mine = (uint64_t)p->credit;
         taken how = take_body(w, id, left < mine ? left : mine, spent);
         w->purses.at[at].credit -= (int64_t)(*spent - before);
-        take_out(w, id);
-        if (how == IN_PART) put_last(w, id, at);
+        take_from_due(w, id);
+        if (how == IN_PART) put_due_last(w, id, at);
         w->bodies.at[id].is_parked = how == FULL;
         w->parked += how == FULL;
         weigh(w, &w->bodies.at[id], how == WHOLE ? 0 : how == FULL ? 1 : weight_of(w, &w->bodies.at[id]));
@@ -468,7 +515,7 @@ static void wake_concerned(world *w)
 {
     for (size_t word = 0; word < w->concerned.count; word++)
         for (uint64_t bits = w->concerned.at[word]; bits; bits &= bits - 1)
-            match_wake(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
+            interest_wake_selecting(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
 }
 
 static void find_concerned(world *w)

@@ -10,6 +10,7 @@
  * None of it counts for the hash: who asks for a snapshot, and when, is no command. So it takes nothing of the slice
  * that pairs are decided in. */
 #include "events.h"
+#include "interest.h"
 
 #include <stdlib.h>
 
@@ -68,7 +69,7 @@ static bool gets_snapshot(const interest *i)
     return i->used && i->snapshot && !i->snapping && !i->closing && i->settling == SETTLED && !i->olds;
 }
 
-static void begin(interest *i)
+static void begin_snapshot(interest *i)
 {
     i->snapshot = false;
     i->snapping = i->images_begin = true;
@@ -96,7 +97,7 @@ void events_snapshots(world *w)
     size_t count = 0;
     for (size_t k = 0; k < w->lively.count; k++) {
         interest *i = &w->interests.at[w->lively.at[k]];
-        if (gets_snapshot(i)) begin(i);
+        if (gets_snapshot(i)) begin_snapshot(i);
         count += i->used && i->snapping;
     }
     uint64_t share = count ? w->slice / PART / AN_IMAGE / count : 0;

@@ -1,5 +1,7 @@
 /* solid: where the shapes of bodies stand: in the world, in the broad phase, and seen from each other. A calm body
  * moves without them: they follow when somebody asks. Tick thread; what is asked of a const world by the pool, too. */
+#include "calm.h"
+#include "ladder.h"
 #include "state.h"
 
 #include "base/sort.h"

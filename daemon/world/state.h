@@ -7,11 +7,12 @@
 #define COLLIDED_WORLD_STATE_H
 
 #include "base/array.h"
+#include "base/bytes.h"
 #include "base/id_pool.h"
 #include "base/pair_map.h"
 #include "base/workers.h"
 #include "broad/broad.h"
-#include "match.h"
+#include "match_table.h"
 #include "rules.h"
 #include "world.h"
 
@@ -130,6 +131,9 @@ typedef struct body {
     ARRAY(past_way) past;           /* of ticks that are over, while pairs wait for it: see past.c */
     const past_way *as_of;          /* of a copy that past_body made; NULL: as it is now */
     uint64_t past_told;             /* the tick up to which it was told that some may have been dropped */
+    uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
+    uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that solid */
+    bool pass_left;                 /* it has left a pair to another body */
     uint64_t past_since, left_tick; /* the tick up to which nothing is kept any more; in which a pair was left, or 0 */
     vec3 linear, angular;           /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
     double acceleration, angular_acceleration;
@@ -334,6 +338,7 @@ struct world {
     ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
     uint64_t stale_units;               /* that it takes to tell so */
+    ARRAY(uint64_t) unknown_due;        /* keys of the pairs of which that is still to be told */
     ARRAY(uint32_t) fresh_now;          /* and those that are known again */
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
@@ -342,6 +347,8 @@ struct world {
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
     ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
+    bool lets_in;               /* pairs that were left out, ... */
+    uint32_t lets_in_next;      /* ... on from this solid's */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
     size_t olds;                /* of all interests */
@@ -491,68 +498,13 @@ static inline bool may_glide(const world *w)
     return !w->sweepers && !w->grant && !w->bounds_asked;
 }
 
-/* calm.c */
-/* Finds the room of a body whose shapes have just been put into the broad phase. */
-void calm_find(const world *w, body *b);
-/* Where calm_holds has become false: is the body still within its fat box at that pose? Then its room is there. */
-bool calm_find_again(body *b, const pose *at);
-/* Is it within, at that position (what the fourth number is does not matter) and quaternion? Then its boxes stay where
- * they are. A NAN is not. In floats, whose rounding the room allows for. */
-static inline __attribute__((always_inline)) bool calm_holds_at(
-    const calm_room *r, const calm_wide *p, const calm_wide *q)
-{
-    static const calm_bits magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
-    static const int64_t fourth = INT64_MIN >> 31;
-    calm_four half = r->half, turn = __builtin_convertvector(*q, calm_four) - r->q, squares = turn * turn;
-    calm_four off = __builtin_convertvector(*p - __builtin_convertvector(r->middle, calm_wide), calm_four);
-    float turned = sqrtf(squares[0] + squares[1] + (squares[2] + squares[3])) * half[3];
-    calm_masks within = (calm_masks)((calm_four)((calm_bits)off & magnitude) + turned <= half);
-    return (within[0] & (within[1] | fourth)) == -1;
-}
-static inline bool calm_holds(const body *b, const pose *at)
-{
-    const calm_wide p = {at->p.x, at->p.y, at->p.z, 0}, q = {at->q.w, at->q.x, at->q.y, at->q.z};
-    return calm_holds_at(&b->room, &p, &q);
-}
-
 /* expiry.c */
 enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is more is void, and dropped */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
-void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
-int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
-
-/* interest.c */
-void interest_settle_changes(world *w);
-void interest_begin_tick(world *w);
-void interest_end_tick(world *w);
-void interest_restored(world *w);
-void interest_wake(world *w, uint32_t id); /* it may have something to be told in this tick, or the next */
-void interest_sort_lively(world *w);       /* so that what they are told comes in their order */
-void interest_pass_began(world *w);
-void interest_pass_ended(world *w);
-size_t interest_unseen(const world *w, const interest *i);     /* bodies that have not been looked at for it */
-bool interest_has(const world *w, uint32_t id, const body *b); /* as A or B */
-typedef struct interest_sides {
-    bool straight, turned; /* the first is A, or B, and the other the other */
-} interest_sides;
-interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b);
-/* A and B are selected by the same pattern: of two bodies that it wants each is A, and B. */
-static inline bool interest_is_mutual(const world *w, uint32_t id)
-{
-    uint32_t selection = w->interests.at[id].selection;
-    const uint32_t *selectors = selection == WORLD_NONE ? NULL : w->match.selections.at[selection].selectors;
-    return selectors && selectors[0] == selectors[1];
-}
-static inline bool interest_wants(world *w, const body *a, const body *b)
-{
-    return match_wanted(&w->match, a->match, b->match);
-}
-/* Who wants an active pair, by rising id. */
-static inline match_list interest_list(const world *w, const pair *p)
-{
-    return w->match.lists.at[p->wanted];
-}
-double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
+/* Units to tell of a pair that is unknown. */
+enum { TELL_UNKNOWN = 1000 };
+void expiry_find(world *w);             /* fills stale_now and fresh_now, in the order of ids */
+int64_t expiry_next_ns(const world *w); /* not later than the next one; INT64_MAX: none */
 
 /* pair.c */
 bool pair_accept(void *context, uint32_t a, uint32_t b);
@@ -604,45 +556,6 @@ void pair_end_unwatched(world *w); /* of those that linger, what nobody is told 
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
-
-/* ladder.c */
-typedef struct demand { /* what all interests in a pair ask together */
-    narrow_request request;
-    double limit;      /* m: beyond it nobody is told anything */
-    bool coarse;       /* bounds will do for all */
-    bool touch;        /* somebody asks whether they touch ... */
-    bool hysteresis;   /* ... and somebody of these with hysteresis */
-    bool verdict_only; /* a verdict will, of one threshold */
-} demand;
-/* Of a pair of which somebody was told something, hysteresis is part of what is asked. */
-demand ladder_demand(const world *w, const pair *p);
-/* Rungs 4 and on, from nothing: the number of narrow queries. */
-uint32_t ladder_ask(
-    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
-/* Widens an answer by the rounding of the relative pose; one that is no longer within the tolerance says so. */
-void ladder_allow_for_pose(
-    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r);
-void ladder_decide(world *w);
-double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
-
-/* bounds.c */
-bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
-void bounds_travel(const world *w, body *b);      /* a body has moved, or its shapes are others */
-/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
- */
-void bounds_find(
-    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
-void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls and boxes */
-
-/* work.c */
-enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
-uint32_t work_of_bounds(const solid *a, const solid *b);
-void work_price(solid *s);                                                    /* fills apart, overlapping */
-uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
-/* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
-size_t work_order(world *w);
-void work_learn(world *w, size_t todo, size_t refined, uint64_t done); /* what came of it */
-void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
 
 /* Has anybody been told how it stands? Then it is decided in full. */
 bool pair_is_told(const world *w, const pair *p);
@@ -696,17 +609,6 @@ void impact_decide(world *w);
 /* impact_axis.c */
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
-
-/* closing.c: what was told under terms that are no more */
-void closing_begin(world *w, uint32_t interest);          /* from here on it is old */
-void closing_go_on(world *w);                             /* ends it, as far as a slice goes */
-uint8_t closing_cause(const world *w, uint32_t interest); /* of ends that are nobody's doing but its subscriber's */
-static inline bool watch_is_old(const world *w, const watch *v)
-{
-    const interest *i = &w->interests.at[v->interest];
-    int64_t id = v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
-    return i->olds && id && id <= i->old_serial;
-}
 
 /* news.c: of two events of one watch. */
 /* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */

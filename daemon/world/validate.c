@@ -1,4 +1,6 @@
 /* validate: the world's invariants, walked in full. For tests. */
+#include "calm.h"
+#include "interest.h"
 #include "state.h"
 
 static const char *check_watch(const world *w, uint32_t id)

@@ -1,6 +1,7 @@
 /* watch: what one interest was told of one pair, from the first event to the end. Whatever ends it, each id that stands
  * has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
 #include "events.h"
+#include "interest.h"
 
 #include <assert.h>
 #include <stdlib.h>

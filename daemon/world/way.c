@@ -2,7 +2,7 @@
  * the last tick, each straight and turning at a constant rate. Pure readers, but for body_pass; any thread. */
 #include "state.h"
 
-static double seconds(int64_t ns)
+static double way_seconds(int64_t ns)
 {
     return 1e-9 * (double)ns;
 }
@@ -20,7 +20,7 @@ int64_t body_span_ns(const world *w, const body *b)
 
 double body_span(const world *w, const body *b)
 {
-    return seconds(body_span_ns(w, b));
+    return way_seconds(body_span_ns(w, b));
 }
 
 /* Two poses hide whole turns: a given angular velocity tells how many. */

@@ -5,6 +5,8 @@
 #include "geom/compound.h"
 #include "geom/hull.h"
 #include "geom/mesh.h"
+#include "interest.h"
+#include "ladder.h"
 #include "state.h"
 
 #include "base/sort.h"
@@ -156,7 +158,7 @@ static bool pays(const interest *i)
     return i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD);
 }
 
-static void leave(world *w, uint32_t id)
+static void leave_to_interest(world *w, uint32_t id)
 {
     w->interests.at[id].undone++;
     interest_wake(w, id);
@@ -170,7 +172,7 @@ static void charge(world *w, match_list wanted, const outcome *o)
         interest *i = &w->interests.at[wanted.at[k]];
         if (!pays(i)) continue;
         i->work += o->cost / payers;
-        if (o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES)) leave(w, wanted.at[k]);
+        if (o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES)) leave_to_interest(w, wanted.at[k]);
     }
 }
 
@@ -182,7 +184,7 @@ void work_charge(world *w)
         if (!o->cost) continue;
         if (alone) {
             w->interests.at[w->first_asker].work += o->cost;
-            if (o->left) leave(w, w->first_asker);
+            if (o->left) leave_to_interest(w, w->first_asker);
             continue;
         }
         charge(w, interest_list(w, &w->pairs.at[w->active_pairs.at[k]]), o);

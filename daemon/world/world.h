@@ -12,7 +12,7 @@
 
 #include "broad/broad.h"
 #include "filter_rule.h"
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -4,8 +4,11 @@
  * its strings and arrays: whoever fills it in owns them, and they must live as long as the message is in use. What has
  * been decoded by wire_lcm.h or wire_dds.h borrows from the arena or the sample that it was decoded from.
  *
- * The same fields, in the same order and under the same names, stand in collided.idl and collided.lcm; wire_schema.h
- * describes them as a table, from which checking, coding and recording are made. */
+ * The same fields, in the same order and under the same names, stand in collided.idl and collided.lcm, but for
+ * `client`, `body`, `interest` and `object`, which are `client_id`, `body_id`, `subscription_id` and `object_id` there,
+ * and the `status` of an Answer, which is its `outcome`; wire_schema.h describes them as a table, from which checking,
+ * coding and recording are made. The last field of each message is `extensions` (wire_extensions.h): it carries what is
+ * added later. */
 #ifndef COLLIDED_WIRE_WIRE_H
 #define COLLIDED_WIRE_WIRE_H
 
@@ -13,7 +16,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { WIRE_VERSION = 1 }; /* the first field of each message; others are refused */
+enum { WIRE_VERSION = 1 }; /* the first field of each message; others are refused. What comes later is in extensions */
 
 /* Limits: what is beyond is refused with WIRE_TOO_LARGE. */
 enum {
@@ -27,7 +30,10 @@ enum {
     WIRE_EVENTS_MAX = 65536,     /* events a batch */
     WIRE_ANSWERS_MAX = 4096,     /* hits in one answer */
     WIRE_COUNTERS_MAX = 1024,
-    WIRE_LOCK_STEP_MAX = 65536 /* clients in lock-step together */
+    WIRE_LOCK_STEP_MAX = 65536,          /* clients in lock-step together */
+    WIRE_EXTENSIONS_MAX = 65536,         /* bytes of the extensions of a message ... */
+    WIRE_BATCH_EXTENSIONS_MAX = 1 << 20, /* ... of PoseBatch, VertexBatch, Answer and EventBatch */
+    WIRE_RECORDS_MAX = 256               /* extensions a message */
 };
 #define WIRE_POSITION_MAX 1e12 /* m, each coordinate */
 #define WIRE_SPEED_MAX 1e9     /* m/s, each component; m/s^2, rad/s^2 */
@@ -96,6 +102,7 @@ typedef struct wire_client {
     int32_t
         lock_step;    /* in lock-step with others, so many with me: a step is done when each has published it. 0 = no */
     const char *name; /* for people */
+    wire_u8s extensions;
 } wire_client;
 
 enum { WIRE_GEOMETRY_HULL = 1, WIRE_GEOMETRY_MESH = 2, WIRE_GEOMETRY_HEIGHT_FIELD = 3 };
@@ -120,6 +127,7 @@ typedef struct wire_geometry {
     int32_t pieces;         /* indices. In so many pieces */
     wire_f64s vertices;     /* m */
     wire_i32s indices;
+    wire_u8s extensions;
 } wire_geometry;
 
 enum { WIRE_MOTION_MOVING = 0, WIRE_MOTION_FIXED = 1 };
@@ -161,6 +169,7 @@ typedef struct wire_body {
     wire_strings rule_reasons;  /* told by explain */
     wire_f64s rule_paddings;    /* 1 a rule, m: added to the touch thresholds of the pairs that it checks */
     wire_f64s rule_margins;     /* 1 a rule, m, >= 0: added to the ranges of their distances */
+    wire_u8s extensions;
 } wire_body;
 
 /* Sizes: half extents, axis of revolution z. */
@@ -193,6 +202,7 @@ typedef struct wire_pose_batch {
     wire_f64s linear;       /* 0 or 3 n, m/s, world frame */
     wire_f64s angular;      /* 0 or 3 n, rad/s, world frame */
     wire_u8s teleports;     /* 0 or n: 1 = it did not move there, it is there: no way is swept */
+    wire_u8s extensions;
 } wire_pose_batch;
 
 /* VertexBatch: new vertices of a deformable body. */
@@ -206,6 +216,7 @@ typedef struct wire_vertex_batch {
     int32_t shape;
     int32_t first_vertex;
     wire_f64s vertices;
+    wire_u8s extensions;
 } wire_vertex_batch;
 
 enum {
@@ -213,7 +224,7 @@ enum {
     WIRE_FACT_DISTANCE = 2,
     WIRE_FACT_MANIFOLD = 4,
     WIRE_FACT_IMPACT = 8,
-    WIRE_FACT_FORETELL = 16
+    WIRE_FACT_PREDICT = 16
 };
 
 /* How far a pair is looked into for its touch, distance and manifold. A pair that several interests share gets what the
@@ -255,6 +266,7 @@ typedef struct wire_interest {
     double hysteresis_m;       /* >= 0: a contact ends, and near turns far, only so much beyond threshold_m, range_m */
     double horizon_s;          /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
     double rate_hz;            /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
+    wire_u8s extensions;
 } wire_interest;
 
 enum {
@@ -286,6 +298,7 @@ typedef struct wire_query {
     wire_f64s linear;  /* 0 or 3, m/s, world */
     wire_f64s angular; /* 0 or 3, rad/s, world */
     double span_s;     /* > 0 for a sweep */
+    wire_u8s extensions;
 } wire_query;
 
 /* Receipt: how far a subscriber has got with the stream of one of its interests. It paces what is sent, and is no
@@ -301,6 +314,7 @@ typedef struct wire_receipt {
     int64_t tick;    /* of a snapshot that is not whole yet: its tick; 0 = `batch` itself has come */
     int32_t part;    /* of that snapshot: the last part that came in order; otherwise 0 */
     uint8_t missing; /* 1: something behind it is missing: send on from there */
+    wire_u8s extensions;
 } wire_receipt;
 
 enum { WIRE_ANSWER_OK = 0, WIRE_ANSWER_UNKNOWN_NAME = 1, WIRE_ANSWER_UNSUPPORTED = 2, WIRE_ANSWER_TRUNCATED = 3 };
@@ -327,19 +341,20 @@ typedef struct wire_answer {
     wire_i64s ages_ns;      /* 1 a hit: age of the older pose that it rests on, -1 = not stamped */
     wire_u8s stale;         /* 1 a hit: 1 = past the deadline, unknown */
     wire_u8s achieved;      /* WIRE_CERTAIN ..., 0 or 1 a hit */
+    wire_u8s extensions;
 } wire_answer;
 
 enum {
-    WIRE_EVENT_BEGIN = 1,    /* a contact began */
-    WIRE_EVENT_UPDATE = 2,   /* it persists */
-    WIRE_EVENT_END = 3,      /* it ended; `causes` says by what */
-    WIRE_EVENT_NEAR = 4,     /* not in contact, nearer than the interest's range: distance */
-    WIRE_EVENT_FAR = 5,      /* no longer within range */
-    WIRE_EVENT_UNKNOWN = 6,  /* a pose is past its deadline: nothing can be said of this pair, it is not free */
-    WIRE_EVENT_KNOWN = 7,    /* and can be said again; its state follows */
-    WIRE_EVENT_IMPACT = 8,   /* they met on their way from one tick to the next */
-    WIRE_EVENT_FORETOLD = 9, /* they will meet within the horizon; told again as long as they will */
-    WIRE_EVENT_AVERTED = 10  /* no more */
+    WIRE_EVENT_BEGIN = 1,     /* a contact began */
+    WIRE_EVENT_UPDATE = 2,    /* it persists */
+    WIRE_EVENT_END = 3,       /* it ended; `causes` says by what */
+    WIRE_EVENT_NEAR = 4,      /* not in contact, nearer than the interest's range: distance */
+    WIRE_EVENT_FAR = 5,       /* no longer within range */
+    WIRE_EVENT_UNKNOWN = 6,   /* a pose is past its deadline: nothing can be said of this pair, it is not free */
+    WIRE_EVENT_KNOWN = 7,     /* and can be said again; its state follows */
+    WIRE_EVENT_IMPACT = 8,    /* they met on their way from one tick to the next */
+    WIRE_EVENT_PREDICTED = 9, /* they will meet within the horizon; told again as long as they will */
+    WIRE_EVENT_AVERTED = 10   /* no more */
 };
 
 enum { /* why an event: what ended a contact, or made a pair unknown */
@@ -347,8 +362,8 @@ enum { /* why an event: what ended a contact, or made a pair unknown */
     WIRE_CAUSE_REMOVED = 1, /* the body was removed */
     WIRE_CAUSE_OWNER_LOST = 2,
     WIRE_CAUSE_FILTER = 3,
-    WIRE_CAUSE_SHAPE = 4,    /* the body's shapes changed */
-    WIRE_CAUSE_INTEREST = 5, /* the interest was changed or removed */
+    WIRE_CAUSE_SHAPE = 4,        /* the body's shapes changed */
+    WIRE_CAUSE_SUBSCRIPTION = 5, /* the interest was changed or removed */
     WIRE_CAUSE_SHUTDOWN = 6,
     WIRE_CAUSE_STALE = 7,
     WIRE_CAUSE_SNAPSHOT = 8, /* it began before; told again as part of the current state */
@@ -409,6 +424,7 @@ typedef struct wire_event_batch {
                                      newest pose */
     wire_f64s impact_poses;       /* 14 an impact: A's and B's bodies at the first of the two times */
     wire_u8s impact_estimated;    /* 1 an impact: 1 = a velocity was estimated from two poses */
+    wire_u8s extensions;
 } wire_event_batch;
 
 enum { WIRE_HEALTH_STARTING = 0, WIRE_HEALTH_READY = 1, WIRE_HEALTH_DEGRADED = 2, WIRE_HEALTH_STOPPING = 3 };
@@ -427,6 +443,7 @@ typedef struct wire_status {
     int64_t tick;
     wire_strings counter_names; /* metrics, drops by cause; see the protocol page */
     wire_i64s counter_values;
+    wire_u8s extensions;
 } wire_status;
 
 typedef enum wire_reason {
@@ -464,6 +481,7 @@ typedef struct wire_reject {
     int32_t object; /* body or interest, -1 = none */
     uint8_t reason; /* wire_reason */
     const char *text;
+    wire_u8s extensions;
 } wire_reject;
 
 /* Ack: these messages have been applied (Client, Geometry, Body, Interest). One that is refused has a Reject instead.
@@ -473,6 +491,7 @@ typedef struct wire_ack {
     int64_t client;
     int64_t epoch;
     wire_i64s sequences;
+    wire_u8s extensions;
 } wire_ack;
 
 typedef struct wire_message {

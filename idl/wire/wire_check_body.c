@@ -204,7 +204,7 @@ static wire_reason check_rules(const wire_body *m, wire_refusal *why)
 wire_reason check_body(const wire_body *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("body", m->body, 0, INT32_MAX, why));
+    TRY(check_between("body_id", m->body, 0, INT32_MAX, why));
     TRY(check_between("removed", m->removed, 0, 1, why));
     if (m->removed) return WIRE_OK;
     TRY(check_between("motion", m->motion, WIRE_MOTION_MOVING, WIRE_MOTION_FIXED, why));

@@ -1,5 +1,5 @@
-/* wire_check_events: the rules of Answer and EventBatch: as many of each array as there are events. Pure; any thread.
- */
+/* wire_check_events: the rules of Answer and EventBatch: as many of each array as there are events. Kinds, causes and
+ * the like that are not known yet are no fault: a later daemon may say them. Pure; any thread. */
 #include "wire_rules.h"
 
 #include <string.h>
@@ -14,8 +14,6 @@ static wire_reason check_intervals(wire_f64s lo, wire_f64s hi, wire_refusal *why
 wire_reason check_answer(const wire_answer *m, wire_refusal *why)
 {
     uint32_t n = m->names_a.count;
-    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_SWEEP, why));
-    TRY(check_between("status", m->status, WIRE_ANSWER_OK, WIRE_ANSWER_TRUNCATED, why));
     TRY(check_optional("names_b", m->names_b.count, 1, n, why));
     TRY(check_optional("lo", m->lo.count, 1, n, why));
     TRY(check_count("hi", m->hi.count, 1, m->lo.count, why));
@@ -27,7 +25,6 @@ wire_reason check_answer(const wire_answer *m, wire_refusal *why)
     TRY(check_optional("stale", m->stale.count, 1, n, why));
     TRY(check_all_between("stale", m->stale, 0, 1, why));
     TRY(check_optional("achieved", m->achieved.count, 1, n, why));
-    TRY(check_all_between("achieved", m->achieved, WIRE_CERTAIN, WIRE_STOPPED, why));
     return check_intervals(m->lo, m->hi, why);
 }
 
@@ -66,7 +63,7 @@ static wire_reason check_impacts(const wire_event_batch *m, wire_refusal *why)
 {
     uint32_t n = 0;
     for (uint32_t i = 0; i < m->kinds.count; i++)
-        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_FORETOLD;
+        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_PREDICTED;
     TRY(check_count("impact_times", m->impact_times.count, 2, n, why));
     TRY(check_count("impact_starts_ns", m->impact_starts_ns.count, 1, n, why));
     TRY(check_count("impact_poses", m->impact_poses.count, 14, n, why));
@@ -84,7 +81,6 @@ wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why)
     TRY(check_between("simulation_ns", m->simulation_ns, 0, INT64_MAX, why));
     TRY(check_between("missing", m->missing, -INT32_MAX, INT32_MAX, why));
     TRY(check_between("refused", m->refused, 0, INT32_MAX, why));
-    TRY(check_between("refusal", m->refusal, WIRE_OK, WIRE_REASON_COUNT - 1, why));
     TRY(check_between("heartbeat", m->heartbeat, 0, 1, why));
     if (m->heartbeat) TRY(check_count("kinds", m->kinds.count, 0, 0, why));
     TRY(check_between("parts", m->parts, 1, INT32_MAX, why));
@@ -93,9 +89,7 @@ wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why)
     TRY(check_name("stream", m->stream, why));
     TRY(check_stream(m->stream, why));
     TRY(check_event_counts(m, why));
-    TRY(check_all_between("kinds", m->kinds, WIRE_EVENT_BEGIN, WIRE_EVENT_AVERTED, why));
-    TRY(check_all_between("causes", m->causes, WIRE_CAUSE_MOTION, WIRE_CAUSE_TELEPORT, why));
-    TRY(check_all_between("achieved", m->achieved, WIRE_CERTAIN, WIRE_STOPPED, why));
+    TRY(check_all_between("kinds", m->kinds, WIRE_EVENT_BEGIN, UINT8_MAX, why));
     TRY(check_intervals(m->lo, m->hi, why));
     TRY(check_impacts(m, why));
     return check_manifolds(m, why);

@@ -57,14 +57,14 @@ __attribute__((target("avx2"))) static bool check_avx2(const wire_pose_batch *m)
     return numbers_are_plain(m);
 }
 
-static bool check_numbers(const wire_pose_batch *m)
+static bool check_pose_numbers(const wire_pose_batch *m)
 {
     return __builtin_cpu_supports("avx2") ? check_avx2(m) : numbers_are_plain(m);
 }
 
 #else
 
-static bool check_numbers(const wire_pose_batch *m)
+static bool check_pose_numbers(const wire_pose_batch *m)
 {
     return numbers_are_plain(m);
 }
@@ -77,7 +77,7 @@ bool poses_are_plain(const wire_pose_batch *m)
     bool whole = n <= WIRE_POSES_MAX && m->positions.count == 3 * n && m->orientations.count == 4 * n &&
                  (!m->linear.count || m->linear.count == 3 * n) && (!m->angular.count || m->angular.count == 3 * n);
     if (m->version != WIRE_VERSION || !m->client || m->sequence < 1 || m->stamp_ns < 0 || m->simulation_ns < 0 ||
-        !whole || m->teleports.count)
+        !whole || m->teleports.count || m->extensions.count)
         return false;
-    return none_negative(m->bodies) && check_numbers(m);
+    return none_negative(m->bodies) && check_pose_numbers(m);
 }

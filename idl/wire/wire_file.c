@@ -14,7 +14,7 @@ static const char *kind_of(mode_t mode)
     return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a FIFO" : S_ISSOCK(mode) ? "a socket" : "a device";
 }
 
-static FILE *fail(int fd)
+static FILE *close_failed(int fd)
 {
     if (fd >= 0) close(fd);
     return NULL;
@@ -28,20 +28,20 @@ FILE *wire_file_open(const char *path, uint64_t most, uint64_t *size, char *faul
     if (fd < 0 || fstat(fd, &is) != 0) {
         (void)snprintf(
             fault, fault_size, "%s", errno == ENXIO ? "is not a file, but a socket or a device" : strerror(errno));
-        return fail(fd);
+        return close_failed(fd);
     }
     if (!S_ISREG(is.st_mode)) {
         (void)snprintf(fault, fault_size, "is not a file, but %s", kind_of(is.st_mode));
-        return fail(fd);
+        return close_failed(fd);
     }
     if ((uint64_t)is.st_size > most) {
         (void)snprintf(
             fault, fault_size, "has %" PRIu64 " bytes, more than the %" PRIu64 " allowed", (uint64_t)is.st_size, most);
-        return fail(fd);
+        return close_failed(fd);
     }
     if (!(file = fdopen(fd, "rb"))) {
         (void)snprintf(fault, fault_size, "%s", strerror(errno));
-        return fail(fd);
+        return close_failed(fd);
     }
     if (size) *size = (uint64_t)is.st_size;
     return file;

@@ -318,6 +318,33 @@ static bool get_field(reader *r, void *value)
     return true;
 }
 
+/* The fingerprints of the same messages before they had extensions: all other fields are the same, if not by name. */
+static const uint64_t BEFORE_EXTENSIONS[WIRE_KIND_COUNT] = {
+    [WIRE_CLIENT] = UINT64_C(0xbb4f1662aaad6974),
+    [WIRE_GEOMETRY] = UINT64_C(0x93629c55b6494f0f),
+    [WIRE_BODY] = UINT64_C(0x1b64de851dbc799a),
+    [WIRE_POSE_BATCH] = UINT64_C(0xa987d30858af2aaa),
+    [WIRE_VERTEX_BATCH] = UINT64_C(0x8027f806b140fbde),
+    [WIRE_INTEREST] = UINT64_C(0xa7556880d883d9fe),
+    [WIRE_QUERY] = UINT64_C(0xb1e2762bdc56927d),
+    [WIRE_RECEIPT] = UINT64_C(0x6eb50376c4fdfcbc),
+    [WIRE_ANSWER] = UINT64_C(0xaea363ded731a27d),
+    [WIRE_EVENT_BATCH] = UINT64_C(0x7184e560f7783f75),
+    [WIRE_STATUS] = UINT64_C(0x8e305345269074fc),
+    [WIRE_REJECT] = UINT64_C(0xe0d20536e8e0ef98),
+    [WIRE_ACK] = UINT64_C(0xffb5fc0b5c7fd1e6),
+};
+
+static wire_kind kind_before_extensions(const void *data, size_t size)
+{
+    uint64_t fingerprint;
+    if (size < 8) return WIRE_NOTHING;
+    memcpy(&fingerprint, data, 8);
+    for (int kind = WIRE_NOTHING + 1; kind < WIRE_KIND_COUNT; kind++)
+        if (BEFORE_EXTENSIONS[kind] == __builtin_bswap64(fingerprint)) return (wire_kind)kind;
+    return WIRE_NOTHING;
+}
+
 wire_kind wire_lcm_kind(const void *data, size_t size)
 {
     uint64_t fingerprint;
@@ -328,21 +355,36 @@ wire_kind wire_lcm_kind(const void *data, size_t size)
     return WIRE_NOTHING;
 }
 
-wire_reason wire_lcm_decode(
-    const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal)
+/* A message of that kind whose last `absent` fields are not there. */
+static wire_reason decode(wire_kind kind, uint32_t absent, const void *data, size_t size, wire_memory *memory,
+    wire_message *out, wire_refusal *refusal)
 {
     *refusal = (wire_refusal){.reason = WIRE_OK};
-    *out = (wire_message){.kind = wire_lcm_kind(data, size)};
+    *out = (wire_message){.kind = kind};
     const wire_schema *s = wire_schema_of(out->kind);
     if (size < 8) return wire_refuse(refusal, WIRE_MALFORMED, "%zu bytes: a message has at least 8", size);
     if (!s) return wire_refuse(refusal, WIRE_WRONG_VERSION, "no type of this version has its fingerprint");
     reader r = {(const uint8_t *)data + 8, (const uint8_t *)data + size, memory, NULL, refusal};
-    for (uint32_t i = 0; i < s->field_count; i++) {
+    for (uint32_t i = 0; i < s->field_count - absent; i++) {
         r.field = &s->fields[i];
         if (!get_field(&r, (char *)&out->version + r.field->offset)) return refusal->reason;
     }
     if (left(&r)) return wire_refuse(refusal, WIRE_MALFORMED, "%zu bytes too many", left(&r));
     return wire_check(out, refusal);
+}
+
+wire_reason wire_lcm_decode(
+    const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal)
+{
+    return decode(wire_lcm_kind(data, size), 0, data, size, memory, out, refusal);
+}
+
+wire_reason wire_lcm_decode_recorded(
+    const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal)
+{
+    wire_kind before = kind_before_extensions(data, size);
+    return before ? decode(before, 1, data, size, memory, out, refusal)
+                  : wire_lcm_decode(data, size, memory, out, refusal);
 }
 
 /* ---- channels ---- */

@@ -26,6 +26,9 @@ size_t wire_lcm_encode(const wire_message *m, void *out, size_t capacity);
  * fields before the fault, so that wire_origin can tell whose it was. */
 wire_reason wire_lcm_decode(
     const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal);
+/* The same of a message in a recording, which may have been made before messages had extensions. */
+wire_reason wire_lcm_decode_recorded(
+    const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal);
 
 /* The channel a message travels on: "collided.in.PoseBatch", "collided.out.Status",
  * "collided.out.EventBatch.<stream>", "collided.out.Answer.<client as 16 hex digits>". At most WIRE_CHANNEL_MAX - 1

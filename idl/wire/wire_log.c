@@ -97,7 +97,7 @@ wire_log_writer *wire_log_to(wire_log_put *put, void *context, int64_t first_rec
     return w;
 }
 
-static int fail(wire_log_writer *w, int error)
+static int note_error(wire_log_writer *w, int error)
 {
     if (!w->error) w->error = error ? error : EIO;
     errno = w->error;
@@ -106,8 +106,8 @@ static int fail(wire_log_writer *w, int error)
 
 static int write_record(wire_log_writer *w, int64_t timestamp_us, const char *channel, const uint8_t *data, size_t size)
 {
-    if (w->error) return fail(w, w->error);
-    if (size > INT32_MAX) return fail(w, EFBIG);
+    if (w->error) return note_error(w, w->error);
+    if (size > INT32_MAX) return note_error(w, EFBIG);
     uint8_t header[HEADER_BYTES];
     size_t channel_size = strlen(channel);
     store_be(header, SYNC_WORD, 4);
@@ -118,7 +118,7 @@ static int write_record(wire_log_writer *w, int64_t timestamp_us, const char *ch
     bool written = w->put(w->context, header, sizeof header) == 0 &&
                    w->put(w->context, (const uint8_t *)channel, channel_size) == 0 &&
                    w->put(w->context, data, size) == 0;
-    if (!written) return fail(w, errno);
+    if (!written) return note_error(w, errno);
     w->events++;
     return 0;
 }
@@ -127,8 +127,8 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 {
     char channel[WIRE_CHANNEL_MAX];
     size_t size = wire_lcm_size(m);
-    if (size == 0) return fail(w, EINVAL);
-    if (!reserve(&w->buffer, &w->capacity, size)) return fail(w, ENOMEM);
+    if (size == 0) return note_error(w, EINVAL);
+    if (!reserve(&w->buffer, &w->capacity, size)) return note_error(w, ENOMEM);
     wire_lcm_encode(m, w->buffer, size);
     wire_lcm_channel(m, channel);
     return write_record(w, timestamp_us, channel, w->buffer, size);
@@ -183,7 +183,7 @@ int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash)
 {
     enum { MOST = STATE_HEAD_BYTES + WIRE_LOG_PIECE_BYTES };
-    if (!reserve(&w->buffer, &w->capacity, MOST)) return fail(w, ENOMEM);
+    if (!reserve(&w->buffer, &w->capacity, MOST)) return note_error(w, ENOMEM);
     for (size_t at = 0, piece; at < size; at += piece) {
         piece = size - at < WIRE_LOG_PIECE_BYTES ? size - at : WIRE_LOG_PIECE_BYTES;
         store_be(w->buffer, at, 8);
@@ -205,7 +205,7 @@ int64_t wire_log_leave_state(wire_log_writer *w, size_t size)
 int wire_log_close(wire_log_writer *w)
 {
     if (!w) return 0;
-    if (w->file && fclose(w->file) != 0) fail(w, errno);
+    if (w->file && fclose(w->file) != 0) note_error(w, errno);
     int error = w->error;
     free(w->buffer);
     free(w);
@@ -379,7 +379,7 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     wire_memory_reset(r->memory);
     out->data = in->data;
     out->data_size = in->data_size;
-    if (wire_lcm_decode(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
+    if (wire_lcm_decode_recorded(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
     return refusal->text;
 }
 

@@ -6,7 +6,7 @@
 const char *wire_kind_name(wire_kind kind)
 {
     const wire_schema *s = wire_schema_of(kind);
-    return s ? s->name : "Nothing";
+    return s ? s->name : kind == WIRE_NOTHING ? "Nothing" : "unknown";
 }
 
 const char *wire_reason_name(wire_reason reason)
@@ -34,7 +34,7 @@ const char *wire_reason_name(wire_reason reason)
         [WIRE_STEP_MISSED] = "step_missed",
         [WIRE_UNHEARD] = "unheard",
     };
-    return reason < WIRE_REASON_COUNT ? NAMES[reason] : "?";
+    return reason < WIRE_REASON_COUNT ? NAMES[reason] : "unknown";
 }
 
 static const void *field_of(const wire_message *m, const wire_schema *s, const char *name)
@@ -47,7 +47,7 @@ static const void *field_of(const wire_message *m, const wire_schema *s, const c
 void wire_origin(const wire_message *m, int64_t *client, int64_t *sequence, int32_t *object)
 {
     const wire_schema *s = wire_schema_of(m->kind);
-    const int64_t *from = s ? field_of(m, s, "client") : NULL;
+    const int64_t *from = s ? field_of(m, s, "client_id") : NULL;
     const int64_t *number = s ? field_of(m, s, "sequence") : NULL;
     *client = from ? *from : 0;
     *sequence = number ? *number : 0;

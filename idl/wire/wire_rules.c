@@ -95,7 +95,7 @@ wire_reason check_stream(const char *text, wire_refusal *why)
 
 wire_reason check_sender(int64_t client, int64_t sequence, wire_refusal *why)
 {
-    if (client == 0) FAIL(WIRE_UNKNOWN_CLIENT, "client is 0: any other number is allowed");
+    if (client == 0) FAIL(WIRE_UNKNOWN_CLIENT, "client_id is 0: any other number is allowed");
     return check_between("sequence", sequence, 1, INT64_MAX, why);
 }
 

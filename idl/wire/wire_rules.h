@@ -32,6 +32,7 @@ wire_reason check_rate(const char *name, double rate, wire_refusal *why);
 /* ---- whole messages ---- */
 
 bool poses_are_plain(const wire_pose_batch *m); /* true: nothing is wrong with it; wire_check_poses.c */
+wire_reason check_extensions(const wire_message *m, wire_refusal *why);      /* wire_extensions.c */
 wire_reason check_geometry(const wire_geometry *m, wire_refusal *why);       /* wire_check_body.c */
 wire_reason check_body(const wire_body *m, wire_refusal *why);               /* wire_check_body.c */
 wire_reason check_answer(const wire_answer *m, wire_refusal *why);           /* wire_check_events.c */

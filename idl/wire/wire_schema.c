@@ -7,7 +7,7 @@
 #define FINITE false
 #define INFINITE true
 
-#define ROW(S, field, type, most, rule) {#field, WIRE_##type, offsetof(S, field), most, rule},
+#define ROW(S, member, name, type, most, rule) {#name, WIRE_##type, offsetof(S, member), most, rule},
 #define FIELDS_OF(kind, member, name)                                                                                  \
     static const wire_field member##_fields[] = {WIRE_FIELDS_##member(ROW, wire_##member)};
 

@@ -1,6 +1,6 @@
 /* impact_ours: toi_find, without a cached direction, as for a pair that is asked about for the first time. */
 #include "impact_scene.h"
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -131,7 +131,7 @@ raw_ping *raw_open(uint32_t domain, uint32_t poses)
     if (!r) return NULL;
     sem_init(&r->answered, 0, 0);
     r->out = (collided_PoseBatch){.version = WIRE_VERSION,
-        .client = 1,
+        .client_id = 1,
         .bodies = {poses, poses, calloc(poses, sizeof(int32_t)), false},
         .positions = doubles(3 * poses),
         .orientations = doubles(4 * poses)};

@@ -5,7 +5,7 @@
 
 #include "geom/compound.h"
 #include "geom/mesh.h"
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 #include <stddef.h>
 

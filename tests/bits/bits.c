@@ -5,8 +5,8 @@
  * processor (other_build); the lines must be the same, and `diff` shows which types differ. Nothing is judged here. */
 #include "cases.h"
 #include "elementary/elementary.h"
-#include "narrow/toi.h"
 #include "solids.h"
+#include "toi/toi.h"
 #include "where_they_stand.h"
 #include "world_bits.h"
 

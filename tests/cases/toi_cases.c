@@ -4,7 +4,7 @@
 #include "case_json.h"
 #include "elementary/elementary.h"
 #include "geom/mesh.h"
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,6 +3,7 @@
 
 #include "cmocka_c.h"
 #include "message.h"
+#include "session_run.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,5 @@
 /* What is announced arrives: repetition, acknowledgement, restarts of the daemon, refusals, leaving in order. */
+#include "announce.h"
 #include "cmocka_c.h"
 #include "fake.h"
 

@@ -10,6 +10,7 @@
 #include "service/config.h"
 #include "service/server.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <stdatomic.h>
 #include <stdio.h>

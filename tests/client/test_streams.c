@@ -118,12 +118,12 @@ static void give(collided *c, batch_options o)
 }
 
 /* It has no events, and the number of the last batch. */
-static void give_heartbeat(collided *c, int64_t batch)
+static void give_heartbeat_of(collided *c, int64_t epoch, int64_t batch)
 {
     const wire_message m = {.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = collided_client_id(c),
-            .epoch = 1,
+            .epoch = epoch,
             .batch = batch,
             .oldest_pose_ns = 77,
             .missing = 2,
@@ -132,6 +132,11 @@ static void give_heartbeat(collided *c, int64_t batch)
             .parts = 1,
             .stream = "s"}};
     fake_give(&m);
+}
+
+static void give_heartbeat(collided *c, int64_t batch)
+{
+    give_heartbeat_of(c, 1, batch);
 }
 
 static void events_arrive_as_they_were_sent(void **state)
@@ -451,6 +456,53 @@ static void a_new_epoch_begins_with_a_snapshot(void **state)
     collided_close(c);
 }
 
+/* A standby has taken over, and knows less than we were told: what it tells under those numbers is something else. */
+static void who_was_told_more_than_a_standby_knew_says_so_and_believes_no_batch(void **state)
+{
+    bool anew = *state != NULL; /* it begins a new line, as it should; or tells all of its own again */
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    for (int64_t batch = 1; batch <= 3; batch++) give(c, (batch_options){.batch = batch, .snapshot = batch == 1});
+    (void)collided_poll(c, 1.0);
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 3);
+    fake_set((fake_options){.epoch = 2});
+    give_heartbeat_of(c, 2, 2);
+    (void)collided_poll(c, 1.0);
+    assert_true(last_receipt()->missing && last_receipt()->batch == 3 && last_receipt()->epoch == 1);
+    for (int64_t batch = 3; batch <= 5; batch++) give(c, (batch_options){.epoch = 2, .batch = batch});
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 3);
+    int64_t epoch = anew ? A_LATER_EPOCH : 2;
+    fake_set((fake_options){.epoch = epoch});
+    give(c, (batch_options){.epoch = epoch, .batch = 5, .snapshot = true});
+    give(c, (batch_options){.epoch = epoch, .batch = 6});
+    while (h.batches < 5) (void)collided_poll(c, 1.0);
+    assert_true(h.batch == 6 && h.epoch == epoch);
+    collided_close(c);
+}
+
+/* What comes once more is no news, and a standby that knows all goes on. */
+static void a_standby_that_knew_all_goes_on(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    for (int64_t batch = 1; batch <= 3; batch++) give(c, (batch_options){.batch = batch, .snapshot = batch == 1});
+    fake_set((fake_options){.epoch = 2});
+    for (int64_t batch = 1; batch <= 3; batch++)
+        give(c, (batch_options){.epoch = 2, .batch = batch, .snapshot = batch == 1});
+    give_heartbeat_of(c, 2, 3);
+    give(c, (batch_options){.epoch = 2, .batch = 4});
+    while (h.batch < 4) (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 5 && h.heartbeats == 1 && h.lost == 0 && h.epoch == 2);
+    collided_close(c);
+}
+
 static void a_callback_may_unsubscribe_but_not_wait(void **state)
 {
     (void)state;
@@ -514,6 +566,7 @@ static void bad_interests_are_refused(void **state)
 
 int main(void)
 {
+    static int anew = 1;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(events_arrive_as_they_were_sent),
         cmocka_unit_test(after_a_gap_nothing_is_told_until_a_snapshot_comes),
@@ -528,6 +581,9 @@ int main(void)
         cmocka_unit_test(a_callback_hears_that_its_stream_starves),
         cmocka_unit_test(who_keeps_up_says_so_now_and_then),
         cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),
+        cmocka_unit_test(who_was_told_more_than_a_standby_knew_says_so_and_believes_no_batch),
+        cmocka_unit_test_prestate(who_was_told_more_than_a_standby_knew_says_so_and_believes_no_batch, &anew),
+        cmocka_unit_test(a_standby_that_knew_all_goes_on),
         cmocka_unit_test(a_sync_waits_for_the_first_batch_of_each_stream),
         cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),
         cmocka_unit_test(bad_interests_are_refused),

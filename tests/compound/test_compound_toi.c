@@ -1,5 +1,5 @@
 /* The time of impact of compounds: that of the earliest pair of children, asked one by one. */
-#include "narrow/toi.h"
+#include "toi/toi.h"
 #include "unions.h"
 
 #include <setjmp.h>

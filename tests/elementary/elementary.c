@@ -12,7 +12,7 @@
  * 2^-1000 against underflow. */
 #include "elementary.h"
 
-#include "narrow/scalar.h"
+#include "narrow/math/scalar.h"
 
 #include <float.h>
 #include <stdbool.h>

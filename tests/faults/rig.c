@@ -187,6 +187,13 @@ pid_t rig_child(pid_t parent)
     return child;
 }
 
+bool rig_has_thread(pid_t pid, const char *name)
+{
+    char command[160];
+    snprintf(command, sizeof command, "grep -qsx '%s' /proc/%d/task/*/comm", name, (int)pid);
+    return system(command) == 0; /* NOLINT(cert-env33-c): a fixed line with a number */
+}
+
 long rig_resident_kb(pid_t pid)
 {
     char path[64];

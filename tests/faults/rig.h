@@ -46,8 +46,9 @@ void rig_kill(pid_t pid, int number);                                    /* a si
 /* Its exit status, or 128 + the signal that ended it. Fails the test if it has not ended within that time. */
 int rig_wait(pid_t pid, double seconds);
 bool rig_alive(pid_t pid);
-bool rig_has_ended(pid_t pid); /* rig_wait will tell how */
-pid_t rig_child(pid_t parent); /* its only child; 0 = none */
+bool rig_has_ended(pid_t pid);                    /* rig_wait will tell how */
+pid_t rig_child(pid_t parent);                    /* its only child; 0 = none */
+bool rig_has_thread(pid_t pid, const char *name); /* by the name that it gave itself */
 long rig_resident_kb(pid_t pid);
 
 /* ---- clients in this process ---- */

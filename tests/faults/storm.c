@@ -163,8 +163,7 @@ typedef struct storm {
     double again_s[VICTIMS]; /* when: to be started, or let go on; 0 = it runs */
     pid_t gateway;           /* that stands still until then */
     double gateway_s;
-    double up_s[VICTIMS]; /* since when a daemon runs */
-    collided *c[2];       /* of ours: one a link, whom nothing strikes but by others */
+    collided *c[2]; /* of ours: one a link, whom nothing strikes but by others */
     storm_model *models[2];
     char host[16];             /* of the others: the process that has it, or "" */
     _Atomic int64_t *clock_ns; /* the wall clock of all but us is set by so much */
@@ -192,7 +191,6 @@ static void start(storm *s, int k)
     s->again_s[k] = 0;
     if (k >= DAEMON) {
         s->pids[k] = interface ? far_daemon() : rig_daemon("--heartbeat=0.2", paired ? "--standby=yes" : NULL);
-        s->up_s[k] = rig_now_s();
         return;
     }
     bool owns = k < STORM_OWNERS;
@@ -208,11 +206,13 @@ static void start(storm *s, int k)
     s->pids[k] = rig_self(owns ? "own" : "listen", number, s->host);
 }
 
-/* Not the first one: a daemon whose gateway does not start does not, either. */
+/* Not the first one: a daemon whose gateway does not start does not, either. LCM is opened before DDS, whose threads
+ * say that it runs. */
 static void strike_gateway(storm *s)
 {
     int k = paired && roll(s, 2) ? STANDBY : DAEMON;
-    pid_t gateway = s->again_s[k] || s->gateway_s || rig_now_s() < s->up_s[k] + 2 ? 0 : rig_child(s->pids[k]);
+    bool starts = s->again_s[k] || s->gateway_s || !rig_has_thread(s->pids[k], "tev");
+    pid_t gateway = starts ? 0 : rig_child(s->pids[k]);
     if (!gateway) return;
     bool kills = roll(s, 2);
     if (kill(gateway, kills ? SIGKILL : SIGSTOP) != 0) return; /* it has ended meanwhile */

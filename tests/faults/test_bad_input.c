@@ -125,7 +125,7 @@ static wire_message no_horizon(void)
 {
     return (wire_message){.kind = WIRE_INTEREST,
         .interest = {
-            .version = WIRE_VERSION, .facts = WIRE_FACT_FORETELL, .stream = "", .select_a = "*", .select_b = "*"}};
+            .version = WIRE_VERSION, .facts = WIRE_FACT_PREDICT, .stream = "", .select_a = "*", .select_b = "*"}};
 }
 
 static wire_message zero_quaternion(void)

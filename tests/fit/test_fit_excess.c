@@ -1,6 +1,7 @@
 /* How far a hull reaches beyond a concave solid: the bound holds at drawn points, and is close where the solid is
  * nearly convex; links that are concave come in pieces, or keep their mesh. */
 #include "fit_fixture.h"
+#include "loaders/decompose/solid_make.h"
 
 #include "loaders/decompose/overhang.h"
 #include "loaders/fit/fit_excess.h"

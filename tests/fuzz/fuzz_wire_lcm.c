@@ -33,5 +33,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     PROMISE(reason == why.reason && (reason == WIRE_OK) == !why.text[0]);
     wire_origin(&m, &client, &sequence, &object);
     if (reason == WIRE_OK) expect_same_again(memory, &m, data, size);
+    reason = wire_lcm_decode_recorded(data, size, memory, &m, &why);
+    PROMISE(reason == why.reason && (reason == WIRE_OK) == !why.text[0]);
+    if (reason == WIRE_OK) PROMISE(wire_lcm_size(&m) - size <= 4); /* in which there may be no extensions */
     return 0;
 }

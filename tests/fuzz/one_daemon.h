@@ -4,6 +4,8 @@
 #define COLLIDED_TESTS_FUZZ_ONE_DAEMON_H
 
 #include "fuzz.h"
+#include "service/clients.h"
+#include "service/streams.h"
 
 #include "base/log.h"
 #include "link/link_memory.h"

@@ -2,6 +2,7 @@
 #include "harness.h"
 
 #include "base/array.h"
+#include "link/link_open.h"
 
 #include <poll.h>
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* The DDS link against raw Cyclone clients in processes of their own, in a network namespace without multicast. */
 #include "harness.h"
+#include "link/link_open.h"
 
 #include "dds_client.h"
 #include "wire/dds/wire_dds_qos.h"

@@ -2,6 +2,7 @@
  * UDP written here from LCM's protocol, so that nothing is tested against itself, and no liblcm runs in this process.
  */
 #include "harness.h"
+#include "link/link_open.h"
 
 #include "link/link_lcm.h"
 

@@ -1,5 +1,6 @@
 /* The link within a process: what goes in comes out unchanged, or is refused with a reason. */
 #include "harness.h"
+#include "link/link_open.h"
 
 #include "link/link_memory.h"
 

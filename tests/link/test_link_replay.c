@@ -1,5 +1,6 @@
 /* A recording as a link: its ticks come one by one, whole, and a damaged one says so. */
 #include "harness.h"
+#include "link/link_open.h"
 
 #include "base/hash.h"
 #include "link/link_replay.h"

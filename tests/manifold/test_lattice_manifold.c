@@ -2,7 +2,7 @@
  * Each point is in both shapes but for rounding, no nearer along the axis than lo, told once, and the same in the other
  * order and with a cache; boxes face to face have the corners of their common rectangle. */
 #include "cases.h"
-#include "narrow/feature_code.h"
+#include "narrow/contact/manifold.h"
 #include "oracle.h"
 
 #include <setjmp.h>

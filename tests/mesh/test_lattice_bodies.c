@@ -5,7 +5,7 @@
 #include "cases.h"
 #include "fields.h"
 #include "geom/compound.h"
-#include "narrow/feature_code.h"
+#include "narrow/contact/manifold.h"
 #include "polytope_oracle.h"
 #include "solids.h"
 

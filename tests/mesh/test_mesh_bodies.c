@@ -5,7 +5,7 @@
 #include "fields.h"
 #include "geom/compound.h"
 #include "narrow/narrow.h"
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,8 +1,8 @@
 /* The effort of a query ends: the interval then contains the truth (which the construction says), its status is wide,
  * and it is the same bits with whatever the pair remembers. Sizes below that end, and beyond it. */
 #include "geom/compound.h"
-#include "narrow/effort.h"
 #include "narrow/narrow.h"
+#include "narrow/pair/effort.h"
 #include "solids.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "brute.h"
 #include "cad.h"
 #include "geom/compound.h"
-#include "narrow/feature_code.h"
+#include "narrow/contact/manifold.h"
 #include "narrow/narrow.h"
 
 #include <setjmp.h>

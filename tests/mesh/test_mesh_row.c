@@ -2,8 +2,8 @@
  * thin, small or near the triangles are; what is proven stands along the direction that is told; most of what is far is
  * told to be. */
 #include "brute.h"
-#include "narrow/mesh_row.h"
-#include "narrow/mesh_walk.h"
+#include "narrow/tree/mesh_row.h"
+#include "narrow/tree/mesh_walk.h"
 #include "solids.h"
 
 #include <math.h>

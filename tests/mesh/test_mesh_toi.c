@@ -1,8 +1,8 @@
 /* The time of impact of meshes against dense sampling: with convex shapes of every kind and with meshes, straight and
  * turning; what is inside of a solid at the beginning touches it. */
 #include "geom/compound.h"
-#include "narrow/toi.h"
 #include "solids.h"
+#include "toi/toi.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

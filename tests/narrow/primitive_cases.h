@@ -1,5 +1,5 @@
-/* primitive_cases: two shapes and where they are, for the tests of the formulas (narrow/primitives.h); and that a
- * formula answers the same at every size. After cmocka.h. */
+/* primitive_cases: two shapes and where they are, for the tests of the formulas (narrow/primitives/primitives.h); and
+ * that a formula answers the same at every size. After cmocka.h. */
 #ifndef COLLIDED_TESTS_NARROW_PRIMITIVE_CASES_H
 #define COLLIDED_TESTS_NARROW_PRIMITIVE_CASES_H
 

@@ -1,9 +1,9 @@
-/* The bounds of arcs in narrow/great_arc.c and narrow/box_revolved.c, which are compiled in here: along no direction of
- * an arc of a great circle do the cores overlap by less, by 113-bit support functions; random arcs of all sizes and of
- * both pieces. And what the whole search rests on: no direction at all is below what it proves. */
+/* The bounds of arcs in narrow/curved/great_arc.c and narrow/curved/box_revolved.c, which are compiled in here: along
+ * no direction of an arc of a great circle do the cores overlap by less, by 113-bit support functions; random arcs of
+ * all sizes and of both pieces. And what the whole search rests on: no direction at all is below what it proves. */
 #define box_revolved_measure the_copy_under_test
-#include "narrow/box_revolved.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
-#include "narrow/great_arc.c"    /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/curved/box_revolved.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/curved/great_arc.c"    /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
 
 #include "cases.h"
 #include "oracle.h"
@@ -44,14 +44,14 @@ static double overlap(const pair *x, vec3 axis)
     return -(double)oracle_separation(&x->oa, &x->ob, real3_of(axis)) * x->p.scale;
 }
 
-static vec3 in_space(const quadrant *q, plane n)
+static vec3 in_space(const quadrant *q, plane2 n)
 {
     return vec_madd(vec_scale(q->along[0], n.x), n.y, q->along[1]);
 }
 
-static plane at_angle(double angle)
+static plane2 at_angle(double angle)
 {
-    return (plane){cos(angle), sin(angle)};
+    return (plane2){cos(angle), sin(angle)};
 }
 
 /* Two directions of a quadrant: its ends now and then; close together as often as not. */
@@ -91,7 +91,7 @@ static void no_direction_is_below_its_arc(void **state)
         random_state r = {seed};
         pair x;
         prepare(&x, &r, seed);
-        scene c = scene_of(&x.p);
+        scene c = box_revolved_scene_of(&x.p);
         for (int i = 0; i < ARCS; i++) near += check_arc(&r, &x, &c, seed) > 0;
     }
     assert_true(near > PAIRS * ARCS / 10);
@@ -107,10 +107,10 @@ static void no_direction_is_below_what_is_proved(void **state)
         random_state r = {seed};
         pair x;
         prepare(&x, &r, seed);
-        scene c = scene_of(&x.p);
+        scene c = box_revolved_scene_of(&x.p);
         search wide = {&c, arc_search_of(&x.p, &finest)}, narrow = wide;
-        bool found = find_depth(&wide, lanes_wide());
-        if (find_depth(&narrow, false) != found) fail_msg("seed %zu: another answer", (size_t)seed);
+        bool found = box_revolved_find_depth(&wide, lanes_wide());
+        if (box_revolved_find_depth(&narrow, false) != found) fail_msg("seed %zu: another answer", (size_t)seed);
         if (!found) continue;
         const arc_search s = wide.found, other = narrow.found;
         assert_true(s.least == other.least && s.proved == other.proved && s.steps == other.steps);

@@ -1,10 +1,10 @@
-/* Two ellipsoids, or a ball and one: what one proof says of all directions at once (narrow/ellipsoid_pair.h) holds, by
+/* Two ellipsoids, or a ball and one: what one proof says of all directions at once (narrow/closed/closed.h) holds, by
  * 113-bit support functions, along every direction tried; it answers nearly all pairs, and those of one centre; the
  * general method gives an interval that meets its own. */
 #include "cases.h"
 #include "oracle.h"
 
-#include "narrow/ellipsoid_pair.h"
+#include "narrow/closed/closed.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,4 +1,4 @@
-/* Verdicts of two ellipsoids (narrow/ellipsoid_verdict.c): what is told holds by 113-bit support
+/* Verdicts of two ellipsoids (narrow/primitives/primitives.c): what is told holds by 113-bit support
  * functions, down to gaps and overlaps of a few roundings, at every size the same; most pairs are answered
  * without being measured. */
 #include "oracle.h"

@@ -2,8 +2,8 @@
  * hulls have a map. That depths are true is asked of narrow_query by test_narrow_polytopes, in 113 bits. */
 #include "cases.h"
 #include "geom/hull_map.h"
-#include "narrow/hull_axes.h"
-#include "narrow/near_features.h"
+#include "narrow/convex/near_features.h"
+#include "narrow/convex/polytopes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,11 +1,12 @@
-/* Cylinders and cones against each other, boxes, capsules and hulls: a dome (narrow/curved_depth.h) keeps what it says,
- * by 113-bit support functions along directions all over it, and covers what it says it covers; intervals are as narrow
- * as asked at 1e-6 and nearly to the last bit at 0, at random poses and at those where axes are parallel or one. */
+/* Cylinders and cones against each other, boxes, capsules and hulls: a dome (narrow/curved/curved.h) keeps what it
+ * says, by 113-bit support functions along directions all over it, and covers what it says it covers; intervals are as
+ * narrow as asked at 1e-6 and nearly to the last bit at 0, at random poses and at those where axes are parallel or one.
+ */
 #include "cases.h"
 #include "oracle.h"
 
-#include "narrow/curved_depth.h"
-#include "narrow/simplex.h"
+#include "narrow/convex/gjk.h"
+#include "narrow/curved/curved.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

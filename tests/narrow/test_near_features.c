@@ -1,7 +1,7 @@
 /* near_features: a query with the cache of the frame before answers, to the bit, what a query from nothing answers;
  * with any forged cache, too; and whenever features are strict, the search from nothing ends with them. */
 #include "cases.h"
-#include "narrow/near_features.h"
+#include "narrow/convex/near_features.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

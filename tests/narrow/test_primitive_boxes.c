@@ -1,4 +1,4 @@
-/* A capsule and a box, and two boxes, by their formulas (narrow/capsule_box.c, box_box.c), against brute
+/* A capsule and a box, and two boxes, by their formulas (narrow/primitives/primitives.c, box_box.c), against brute
  * force over all features in 113 bits (polytope_oracle.c): gaps, depths and verdicts of any kind, down to a few
  * roundings, thin and long ones, straight and turned by next to nothing; at every size the same, and the same with a
  * cache as without. And how far a matrix of a quaternion is off, which the bounds rest on. */

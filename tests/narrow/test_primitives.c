@@ -1,6 +1,6 @@
-/* A sphere beside a sphere or a box, and two capsules, in the world (narrow/primitives.c): bounds, axis and points hold
- * by 113-bit arithmetic, from afar to a few roundings from the surface and beyond it to the centre, for plates and
- * needles, too. */
+/* A sphere beside a sphere or a box, and two capsules, in the world (narrow/primitives/primitives.c): bounds, axis and
+ * points hold by 113-bit arithmetic, from afar to a few roundings from the surface and beyond it to the centre, for
+ * plates and needles, too. */
 #include "oracle.h"
 #include "polytope_oracle.h"
 

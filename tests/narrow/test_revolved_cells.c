@@ -1,8 +1,8 @@
-/* The bounds of the cells in narrow/revolved_pair.c, which is compiled in here: along no direction whose cosines are in
- * a cell do the cores overlap by less, by 113-bit support functions; random cells of all sizes, and directions on their
- * rims as often as inside. What flat ends are said to hold, they hold. */
+/* The bounds of the cells in narrow/curved/revolved_pair.c, which is compiled in here: along no direction whose cosines
+ * are in a cell do the cores overlap by less, by 113-bit support functions; random cells of all sizes, and directions
+ * on their rims as often as inside. What flat ends are said to hold, they hold. */
 #define revolved_pair_measure the_copy_under_test
-#include "narrow/revolved_pair.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/curved/revolved_pair.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
 
 #include "cases.h"
 #include "oracle.h"
@@ -66,7 +66,7 @@ static void no_direction_is_below_its_cell(void **state)
         random_state r = {seed};
         pair x;
         prepare(&x, &r, seed);
-        scene c = scene_of(&x.p);
+        scene c = revolved_scene_of(&x.p);
         if (!(c.s > PARALLEL)) continue;
         for (int i = 0; i < CELLS; i++) {
             cell q;
@@ -102,7 +102,7 @@ static void a_flat_end_holds_what_it_says(void **state)
         end e = end_of(&o, side, n, unit_pair_support_b(&x.p, vec_neg(n), NULL));
         double level = e.h * random_in(&r, 0.3, 1);
         if (!(level > 0)) continue;
-        double cosine = reach_of(&e, level);
+        double cosine = outline_reach_of(&e, level);
         for (int k = 0; k < DIRECTIONS && cosine < 1; k++) {
             double z = k % 2 ? cosine : random_in(&r, cosine, 1), s = sqrt(1 - z * z);
             vec3 d = random_direction(&r), across = vec_unit(vec(d.x, d.y, 0));

@@ -1,13 +1,13 @@
-/* Contacts of cylinders, cones, capsules and boxes (narrow/revolved_pair.h, narrow/cylinder_pair.h,
- * narrow/box_revolved.h): what the search proves holds, by 113-bit support functions, along every direction tried and
- * along the best that a search of directions finds; it answers most pairs that are deep, at random poses and at those
- * where faces, sides and axes are parallel or across; the witnesses are in the shapes and as deep as it says. The
+/* Contacts of cylinders, cones, capsules and boxes (narrow/curved/revolved.h, narrow/curved/revolved.h,
+ * narrow/curved/revolved.h): what the search proves holds, by 113-bit support functions, along every direction tried
+ * and along the best that a search of directions finds; it answers most pairs that are deep, at random poses and at
+ * those where faces, sides and axes are parallel or across; the witnesses are in the shapes and as deep as it says. The
  * distance of a thin triangle is never more than it is. */
 #include "cases.h"
 #include "oracle.h"
 
+#include "narrow/convex/gjk.h"
 #include "narrow/dispatch.h"
-#include "narrow/simplex.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -79,7 +79,7 @@ static double outside(const pair *x, const span *s)
            x->p.scale;
 }
 
-/* What revolved_pair.h may leave where axes are nearly parallel. */
+/* What revolved.h may leave where axes are nearly parallel. */
 static double rounding(const pair *x)
 {
     vec3 u = x->p.b_in_a.r.z;

@@ -1,8 +1,8 @@
 /* rim_features: gaps of cylinders and cones from boxes, capsules, cylinders and cones. A query with the cache of the
  * frame before answers, to the bit, what a query from nothing answers; with any forged cache, too. */
 #include "cases.h"
-#include "narrow/near_features.h"
-#include "narrow/rim_features.h"
+#include "narrow/convex/near_features.h"
+#include "narrow/curved/curved.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

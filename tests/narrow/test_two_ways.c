@@ -8,7 +8,7 @@
  * 113 bits, by oracle.h); what is certain is as narrow as asked, or decided; verdicts, manifolds and placed queries
  * say the same as distances; the swapped pair says the same bits. The cases that were once wrong come first. */
 #include "cases.h"
-#include "narrow/feature_code.h"
+#include "narrow/contact/manifold.h"
 #include "oracle.h"
 #include "where_they_stand.h"
 

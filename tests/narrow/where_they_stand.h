@@ -2,7 +2,7 @@
 #ifndef COLLIDED_TESTS_NARROW_WHERE_THEY_STAND_H
 #define COLLIDED_TESTS_NARROW_WHERE_THEY_STAND_H
 
-#include "narrow/primitives.h"
+#include "narrow/primitives/primitives.h"
 
 /* As narrow_query, of shapes in canonical order where they stand: by a formula in world axes if one knows them. The
  * answer is in world axes, with the origin at A's. */

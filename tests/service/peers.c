@@ -2,8 +2,10 @@
 #include "peers.h"
 
 #include "base/clock.h"
+#include "service/clients.h"
 #include "service/shares.h"
 #include "service/standby.h"
+#include "service/streams.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -24,12 +26,14 @@ typedef struct said {
     } records[RECORDS_MAX];
     size_t record_count;
     bool gap; /* records were lost before these */
+    bool deaf;
 } said;
 static struct {
     const struct link *members[PAIR];
     peer_card last[PAIR]; /* their own cards */
     said to[PAIR];
     bool parted;
+    size_t most;
 } between;
 
 static int member(const struct link *l)
@@ -66,8 +70,9 @@ static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_
 {
     said *to = &between.to[!member(l)];
     if (!between.members[!member(l)]) return true;
-    to->gap |= between.parted;
-    if (between.parted) return true;
+    bool lost = between.parted || to->deaf;
+    to->gap |= lost;
+    if (lost) return true;
     assert_true(to->record_count < RECORDS_MAX);
     uint8_t *copy = malloc(size + 1);
     if (size) memcpy(copy, bytes, size);
@@ -78,11 +83,26 @@ static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_
     return true;
 }
 
+static void count_bytes(const said *from)
+{
+    size_t bytes = 0;
+    for (size_t i = 0; i < from->record_count; i++) bytes += from->records[i].size;
+    if (bytes > between.most) between.most = bytes;
+}
+
+size_t peers_most(void)
+{
+    size_t most = between.most;
+    between.most = 0;
+    return most;
+}
+
 static void peer_receive(struct link *l, const peer_sink *sink)
 {
     int mine = member(l);
     said from = between.to[mine];
-    between.to[mine] = (said){.gap = from.gap && !from.record_count};
+    count_bytes(&from);
+    between.to[mine] = (said){.gap = from.gap && !from.record_count, .deaf = from.deaf};
     for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
     if (from.gap && from.record_count) sink->gap(sink->context, from.records[0].sender);
     for (size_t i = 0; i < from.record_count; i++) {
@@ -113,6 +133,17 @@ void peers_die(const struct link *l)
     tell(!mine, between.last[mine], false);
     forget_what_came(mine);
     between.members[mine] = NULL;
+}
+
+void peers_flicker(const struct link *l, bool alive)
+{
+    int mine = member(l);
+    tell(!mine, between.last[mine], alive);
+}
+
+void peers_deafen(const struct link *l, bool deaf)
+{
+    between.to[member(l)].deaf = deaf;
 }
 
 void peers_part(bool parted)

@@ -5,6 +5,9 @@
  */
 #include "base/log.h"
 #include "cell.h"
+#include "service/commands.h"
+#include "service/geometries.h"
+#include "service/recordings.h"
 #include "service/replay.h"
 #include "service/server.h"
 #include "service/service.h"
@@ -217,7 +220,7 @@ static void subscribe(play *p, int who, bool removed)
             .sequence = ++p->sequences[who],
             .interest = (int32_t)below(p, 3),
             .removed = removed,
-            .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_FORETELL,
+            .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_PREDICT,
             .stream = "",
             .select_a = removed ? "" : "*",
             .select_b = removed ? "" : "*",

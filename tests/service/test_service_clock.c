@@ -2,6 +2,8 @@
  * clock of the test's own. Poses go on to be taken, deadlines run out when they should, rates hold nothing back for
  * longer than they say, leases follow the monotonic clock, and a recording across jumps replays to the same hash. */
 #include "cell.h"
+#include "service/clients.h"
+#include "service/recordings.h"
 #include "service/server.h"
 #include "service/service.h"
 

@@ -78,7 +78,7 @@ static void send_interest(room *r)
             .client = ALICE,
             .sequence = ++r->sequence,
             .interest = INTEREST,
-            .facts = WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL,
+            .facts = WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT,
             .stream = "",
             .select_a = "*",
             .select_b = "*",
@@ -124,7 +124,7 @@ static wire_event_batch await_event(room *r, uint8_t kind, uint32_t *event, uint
         const wire_event_batch b = cell_await(r->alice, r->memory, WIRE_EVENT_BATCH).event_batch;
         for (*event = *impact = 0; *event < b.kinds.count; ++*event) {
             if (b.kinds.at[*event] == kind) return b;
-            *impact += b.kinds.at[*event] == WIRE_EVENT_IMPACT || b.kinds.at[*event] == WIRE_EVENT_FORETOLD;
+            *impact += b.kinds.at[*event] == WIRE_EVENT_IMPACT || b.kinds.at[*event] == WIRE_EVENT_PREDICTED;
         }
     }
 }
@@ -267,7 +267,7 @@ static void look(void *context, const wire_log_entry *e)
     } else if (m->kind == WIRE_INTEREST) {
         found->interests++;
         assert_true(m->interest.horizon_s == HORIZON_S);
-        assert_int_equal(m->interest.facts, WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL);
+        assert_int_equal(m->interest.facts, WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT);
     }
 }
 

@@ -11,6 +11,7 @@
 #include "peers.h"
 #include "service/builds.h"
 #include "service/record_file.h"
+#include "service/recordings.h"
 #include "service/server.h"
 #include "service/service.h"
 #include "service/standby.h"
@@ -119,7 +120,7 @@ static bool ends(uint8_t kind)
 /* The first word of an id; of foretold and near ones it is the same as those that follow. */
 static bool begins(uint8_t kind)
 {
-    return kind == WIRE_EVENT_BEGIN || kind == WIRE_EVENT_NEAR || kind == WIRE_EVENT_FORETOLD;
+    return kind == WIRE_EVENT_BEGIN || kind == WIRE_EVENT_NEAR || kind == WIRE_EVENT_PREDICTED;
 }
 
 static void learn_event(model *m, int number, const wire_event_batch *b, uint32_t i)
@@ -441,7 +442,7 @@ static void end_step(model *m, int client)
 static void subscribe(model *m, int k, bool removed)
 {
     static const int32_t FACTS[STREAMS] = {WIRE_FACT_TOUCH, WIRE_FACT_TOUCH + WIRE_FACT_MANIFOLD, WIRE_FACT_DISTANCE,
-        WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE, WIRE_FACT_TOUCH + WIRE_FACT_FORETELL, WIRE_FACT_TOUCH};
+        WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE, WIRE_FACT_TOUCH + WIRE_FACT_PREDICT, WIRE_FACT_TOUCH};
     static const char *const A[STREAMS] = {"*", "a*", "group:even", "b*", "c1*", "*"};
     static const char *const B[STREAMS] = {"*", "*", "group:odd", "*", "*", "d*"};
     int client = k == STREAMS - 1 ? 0 : OWNERS;

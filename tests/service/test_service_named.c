@@ -126,7 +126,7 @@ static void subscribe(race *r)
             .client = WATCHER,
             .sequence = sequence_of(r, WATCHER),
             .interest = 1,
-            .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_FORETELL,
+            .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_PREDICT,
             .stream = "all",
             .select_a = "*",
             .select_b = "*",
@@ -151,7 +151,7 @@ static void tell(race *r, const wire_event_batch *b)
     for (uint32_t i = 0; i < b->kinds.count; i++) {
         assert_true(r->count < LINES);
         char *at = r->lines[r->count++];
-        bool impact = b->kinds.at[i] == WIRE_EVENT_IMPACT || b->kinds.at[i] == WIRE_EVENT_FORETOLD;
+        bool impact = b->kinds.at[i] == WIRE_EVENT_IMPACT || b->kinds.at[i] == WIRE_EVENT_PREDICTED;
         at += sprintf(at, "step %d: %u %u %u %s/%d %s/%d %d %d", (int)b->step, b->kinds.at[i], b->causes.at[i],
             b->achieved.at[i], b->names_a.at[i], b->shapes_a.at[i], b->names_b.at[i], b->shapes_b.at[i],
             (int)b->ages_a_ns.at[i], (int)b->ages_b_ns.at[i]);

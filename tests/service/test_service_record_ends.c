@@ -1,6 +1,7 @@
 /* How recordings end that nobody ends, and how one begins in a large world: a limit is named, what is there replays,
  * and no tick waits. */
 #include "cell.h"
+#include "service/recordings.h"
 
 #include "service/server.h"
 #include "service/service.h"

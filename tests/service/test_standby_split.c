@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
+#include "service/clients.h"
 #include "service/server.h"
 #include "service/service.h"
 #include "service/standby.h"
@@ -28,6 +29,7 @@ typedef struct side {
     bool stands_still;
     int64_t epoch;                       /* that the client on this side was told of last ... */
     bool snapshot;                       /* ... with a snapshot */
+    bool closed;                         /* its stream of interest 0 */
     size_t begun, told_lost, batches[2]; /* batches: of each interest */
 } side;
 
@@ -69,6 +71,7 @@ static void learn(side *a)
         a->snapshot = (a->snapshot && m.event_batch.epoch == a->epoch) || m.event_batch.snapshot;
         a->epoch = m.event_batch.epoch;
         a->batches[m.event_batch.interest]++;
+        a->closed |= m.event_batch.closing && m.event_batch.interest == 0;
         for (uint32_t i = 0; i < m.event_batch.kinds.count; i++)
             a->begun += m.event_batch.kinds.at[i] == WIRE_EVENT_BEGIN;
     }
@@ -218,6 +221,170 @@ static void who_stood_still_disturbs_nobody(void **state)
     assert_int_equal(sides[1].service->epoch, epoch + 1);
 }
 
+/* ---- one that gives no sign of life ---- */
+
+enum { LEASE_NS = 100000000 }; /* the default */
+
+static const struct link *link_of(int k)
+{
+    return sides[k].service->links[0];
+}
+
+static void fall_silent(int k)
+{
+    sides[k].stands_still = true;
+    pass(LEASE_NS);
+    peers_flicker(link_of(k), false);
+}
+
+static void be_back(int k)
+{
+    sides[k].stands_still = false;
+    peers_flicker(link_of(k), true);
+}
+
+/* It may be about to take over, and would not know of it. */
+static void nothing_is_told_that_a_silent_standby_does_not_have(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    fall_silent(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    cell_pose(sides[1].end, CLIENT, 5, 1, 1);
+    pass(LEASE_NS / 2);
+    assert_int_equal(sides[0].begun, 0);
+    sides[0].stands_still = true; /* and it is lost in its turn, just when the other one is back */
+    peers_flicker(link_of(0), false);
+    be_back(1);
+    pass(3 * LEASE_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+    assert_int_equal(sides[1].begun, 1);
+    be_back(0);
+    pass(2 * S_NS);
+    assert_true(!is_active(0) && has_standby(1));
+    assert_int_equal(sides[0].begun, 0);
+    assert_int_equal(sides[1].service->epoch, epoch + 1); /* nobody was told anything else: the line goes on */
+}
+
+/* It is back before it would have been given up, and need not join anew. */
+static void a_standby_that_is_soon_back_is_waited_for(void **state)
+{
+    (void)state;
+    pair_up();
+    fall_silent(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    pass(LEASE_NS / 2);
+    be_back(1);
+    pass(LEASE_NS / 5);
+    assert_true(is_active(0) && has_standby(0) && !is_active(1));
+    assert_int_equal(sides[0].begun, 1);
+}
+
+/* Nor is anybody kept waiting for ever. */
+static void a_standby_that_stays_silent_is_given_up(void **state)
+{
+    (void)state;
+    pair_up();
+    fall_silent(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    pass(3 * LEASE_NS);
+    assert_true(is_active(0) && !has_standby(0));
+    assert_int_equal(sides[0].begun, 1);
+    be_back(1);
+    pass(S_NS);
+    assert_true(is_active(0) && has_standby(0));
+}
+
+/* The word that it is waited for no more was lost, and it believes the other one alive for as long as its last words
+ * take to be read. */
+static void who_stood_still_for_long_asks_before_it_goes_on_from_there(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    peers_deafen(link_of(1), true);
+    fall_silent(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    pass(S_NS);
+    assert_int_equal(sides[0].begun, 1); /* alone */
+    sides[0].stands_still = true;
+    sides[1].stands_still = false;
+    pass(2 * LEASE_NS);
+    end(0);
+    pass(3 * S_NS);
+    assert_true(is_active(1));
+    assert_false(wire_same_line(sides[1].service->epoch, epoch));
+}
+
+/* One that stood still for long, and is waited for all the same, is told so, and takes over as ever. */
+static void who_stood_still_for_long_and_is_waited_for_takes_over(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    sides[1].stands_still = true;
+    pass(5 * LEASE_NS); /* its liveliness is its link's, and not lost; nothing was told meanwhile */
+    sides[1].stands_still = false;
+    pass(3 * LEASE_NS);
+    assert_true(is_active(0) && has_standby(0));
+    end(0);
+    pass(2 * LEASE_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+}
+
+/* All that was told while it was alone is known to the next standby. */
+static void who_was_alone_once_does_not_begin_a_new_line_later(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    fall_silent(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    pass(3 * LEASE_NS);
+    assert_int_equal(sides[0].begun, 1);
+    be_back(1);
+    pass(S_NS);
+    assert_true(has_standby(0));
+    sides[0].stands_still = true;
+    peers_flicker(link_of(0), false);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+    be_back(0);
+    pass(2 * S_NS);
+    assert_true(is_active(1) && has_standby(1));
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+}
+
+/* A standby that ends in order says so: nobody waits for it. */
+static void a_standby_that_leaves_is_not_waited_for(void **state)
+{
+    (void)state;
+    pair_up();
+    server_stop(sides[1].server);
+    assert_int_equal(server_run(sides[1].server), 0);
+    end(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    pass(LEASE_NS / 5);
+    assert_true(is_active(0) && !has_standby(0));
+    assert_int_equal(sides[0].begun, 1);
+}
+
+/* It ends in order while it waits for a standby that is lost: clients are told so. */
+static void who_ends_while_it_waits_tells_of_it(void **state)
+{
+    (void)state;
+    pair_up();
+    fall_silent(1);
+    cell_pose(sides[0].end, CLIENT, 5, 1, 1);
+    pass(LEASE_NS / 2);
+    assert_int_equal(sides[0].begun, 0);
+    server_stop(sides[0].server);
+    assert_int_equal(server_run(sides[0].server), 0);
+    learn(&sides[0]);
+    assert_true(sides[0].begun == 1 && sides[0].closed);
+}
+
 /* ---- clients ---- */
 
 static void lose(side *a)
@@ -340,6 +507,151 @@ static void the_standby_tells_a_client_that_it_was_lost(void **state)
     pass(S_NS);
     assert_true(is_active(1) && !knows(&sides[1]));
     assert_int_equal(sides[1].told_lost, 1);
+}
+
+static void say_receipt(int k, int64_t sequence, int64_t epoch, int64_t batch)
+{
+    wire_message m = {.kind = WIRE_RECEIPT,
+        .receipt = {.version = WIRE_VERSION,
+            .client = CLIENT,
+            .sequence = sequence,
+            .epoch = epoch,
+            .batch = batch,
+            .missing = true}};
+    memory_send(sides[k].end, &m);
+    pass(S_NS / 10);
+}
+
+/* A reader has heard more of the one before than this one knows: whatever it said next would be something else under
+ * the same numbers. Nobody can bring it to that a second time. */
+static void a_reader_who_was_told_more_brings_about_a_new_line(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch, batch = sides[0].service->streams.at[0].batch;
+    end(0);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+    say_receipt(1, 50, epoch, batch); /* it knows that */
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+    say_receipt(1, 51, epoch + 1, batch + 1); /* of its own? It has told none */
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+    start(0);
+    pass(S_NS);
+    assert_true(has_standby(1));
+    sides[1].snapshot = false;
+    say_receipt(1, 52, epoch, batch + 1);
+    int64_t anew = sides[1].service->epoch;
+    assert_true(anew > epoch && !wire_same_line(anew, epoch));
+    assert_true(sides[1].snapshot && sides[1].epoch == anew);
+    say_receipt(1, 53, anew - 1, batch + 100);
+    say_receipt(1, 54, epoch, batch + 100);
+    assert_int_equal(sides[1].service->epoch, anew);
+    pass(S_NS);
+    assert_true(is_active(1) && has_standby(1)); /* which has joined anew */
+    assert_int_equal(metric_get(sides[0].service->count.out_of_step), 0);
+}
+
+/* ---- a large state ---- */
+
+enum { MANY = 10000, A_ROUND = 4 << 20 };
+
+/* Apart from each other, but for two of them, that a pose brings together and apart. */
+static void announce_many(side *a)
+{
+    char name[16];
+    cell_hello(a->end, CLIENT, 1, 1000, WIRE_LOST_REMOVE);
+    for (int i = 0; i < MANY; i++) {
+        snprintf(name, sizeof name, "%d", i);
+        cell_sphere(a->end, CLIENT, 2 + i, i, name, 5.0 * i);
+    }
+    cell_touches(a->end, CLIENT, MANY + 2, 0);
+    pass(20 * TICK_NS);
+    assert_int_equal(world_get_figures(a->service->world).bodies, MANY);
+}
+
+/* A tick, with something to tell. */
+static void swing(int times)
+{
+    static int64_t sequence;
+    for (int i = 0; i < times; i++) {
+        sequence++;
+        cell_pose(sides[0].end, CLIENT, MANY + 10 + sequence, 1, sequence % 2 ? 1.0 : 5.0);
+        pass(TICK_NS);
+    }
+}
+
+static bool is_told(int k)
+{
+    return sides[k].service->standby && !is_active(k) && sides[k].service->tick;
+}
+
+/* No round has to say all of it, ticks go on meanwhile, and what they told is known when it is whole. */
+static void a_large_state_goes_in_portions_while_ticks_go_on(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce_many(&sides[0]);
+    start(1);
+    size_t begun = sides[0].begun, rounds = 0;
+    peers_most();
+    for (; !is_told(1); rounds++) {
+        assert_true(rounds < 1000);
+        swing(1);
+    }
+    assert_true(rounds > 4 && sides[0].begun > begun);
+    assert_in_range(peers_most(), 1, A_ROUND);
+    swing(20);
+    assert_true(is_active(0) && has_standby(0));
+    assert_int_equal(sides[1].service->tick, sides[0].service->tick);
+    assert_true(sides[0].service->events_hash == sides[1].service->events_hash);
+    assert_int_equal(metric_get(sides[1].service->count.out_of_step), 0);
+    int64_t epoch = sides[0].service->epoch;
+    end(0);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+}
+
+/* Portions that were lost are no state: it is asked for anew. */
+static void a_state_that_lost_a_portion_is_asked_for_anew(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce_many(&sides[0]);
+    start(1);
+    for (int i = 0; peers_most() < A_ROUND / 4; i++) {
+        assert_true(i < 1000);
+        swing(1);
+    }
+    peers_deafen(link_of(1), true);
+    swing(2);
+    peers_deafen(link_of(1), false);
+    pass(S_NS);
+    swing(20);
+    assert_true(is_active(0) && has_standby(0));
+    assert_true(sides[0].service->events_hash == sides[1].service->events_hash);
+    assert_int_equal(metric_get(sides[1].service->count.out_of_step), 0);
+}
+
+/* The active one is gone before all of it has come: whoever joins goes on from nothing, or waits for another. */
+static void a_state_that_is_cut_off_is_none(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce_many(&sides[0]);
+    int64_t epoch = sides[0].service->epoch;
+    start(1);
+    for (int i = 0; peers_most() < A_ROUND / 4; i++) {
+        assert_true(i < 1000);
+        swing(1);
+    }
+    end(0);
+    pass(3 * S_NS);
+    assert_true(is_active(1) && !wire_same_line(sides[1].service->epoch, epoch));
+    assert_int_equal(world_get_figures(sides[1].service->world).bodies, 0);
 }
 
 /* ---- geometry that is being built ---- */
@@ -502,6 +814,18 @@ int main(void)
         cmocka_unit_test_setup_teardown(who_begins_anew_is_above_all_that_it_has_heard_of, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_one_told_alone_is_not_continued_by_the_other, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_stood_still_disturbs_nobody, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(nothing_is_told_that_a_silent_standby_does_not_have, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_standby_that_is_soon_back_is_waited_for, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_standby_that_stays_silent_is_given_up, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_stood_still_for_long_asks_before_it_goes_on_from_there, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_stood_still_for_long_and_is_waited_for_takes_over, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_was_alone_once_does_not_begin_a_new_line_later, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_standby_that_leaves_is_not_waited_for, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_ends_while_it_waits_tells_of_it, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_reader_who_was_told_more_brings_about_a_new_line, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_large_state_goes_in_portions_while_ticks_go_on, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_state_that_lost_a_portion_is_asked_for_anew, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_state_that_is_cut_off_is_none, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_reader_that_came_long_before_the_take_over_is_told, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_silent_client_outlives_two_take_overs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_client_that_is_gone_does_not_come_back_with_a_state, set_up, tear_down),

@@ -3,8 +3,8 @@
 #ifndef COLLIDED_TESTS_MACHINES_H
 #define COLLIDED_TESTS_MACHINES_H
 
-#include "narrow/toi.h"
 #include "solids.h"
+#include "toi/toi.h"
 
 typedef struct compound compound;
 

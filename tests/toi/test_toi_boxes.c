@@ -1,8 +1,8 @@
 /* Balls, capsules and boxes: what does not turn against 113 bits (the distance of a centre from a box, the fifteen axes
  * of two boxes), what turns, nearly or exactly parallel, against the march of toi_truth.h. */
 #include "cases.h"
-#include "narrow/toi.h"
 #include "oracle/quad.h"
+#include "toi/toi.h"
 #include "toi_truth.h"
 
 #include <setjmp.h>

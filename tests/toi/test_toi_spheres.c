@@ -1,7 +1,7 @@
 /* Two balls against the root of the quadratic in 113 bits. */
 #include "cases.h"
-#include "narrow/toi.h"
 #include "oracle/quad.h"
+#include "toi/toi.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

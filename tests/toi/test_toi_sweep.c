@@ -1,7 +1,8 @@
-/* Until when toi_sweep.h says that two parts are apart, they are, by dense sampling: boxes, other convex shapes, and
+/* Until when sweep.h says that two parts are apart, they are, by dense sampling: boxes, other convex shapes, and
  * triangles and turned boxes of a mesh, straight and turning. And it says so of most that never come near. */
-#include "narrow/toi_sweep.h"
+#include "narrow/narrow.h"
 #include "solids.h"
+#include "toi/sweep.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -3,7 +3,7 @@
 #define COLLIDED_TESTS_TOI_PAIRS_H
 
 #include "cases.h"
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 typedef struct toi_manner {
     const char *name;

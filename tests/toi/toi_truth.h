@@ -6,7 +6,7 @@
 #ifndef COLLIDED_TESTS_TOI_TRUTH_H
 #define COLLIDED_TESTS_TOI_TRUTH_H
 
-#include "narrow/toi.h"
+#include "toi/toi.h"
 
 typedef enum toi_verdict {
     TRUTH_FREE,

@@ -31,7 +31,7 @@ static void clients_have_a_number_and_count_their_messages(void **state)
     for (size_t i = 0; i < sizeof from_clients / sizeof *from_clients; i++) {
         wire_kind kind = from_clients[i];
         ACCEPTED(kind, m.client.client = -1);
-        REFUSED(kind, m.client.client = 0, WIRE_UNKNOWN_CLIENT, "client is 0");
+        REFUSED(kind, m.client.client = 0, WIRE_UNKNOWN_CLIENT, "client_id is 0");
         ACCEPTED(kind, m.client.sequence = INT64_MAX);
         REFUSED(kind, m.client.sequence = 0, WIRE_MALFORMED, "sequence is 0: 1 to");
         REFUSED(kind, m.client.sequence = -1, WIRE_MALFORMED, "sequence is -1");
@@ -153,7 +153,7 @@ static void body_rules(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_BODY, m.body.body = INT32_MAX);
-    REFUSED(WIRE_BODY, m.body.body = -1, WIRE_MALFORMED, "body is -1");
+    REFUSED(WIRE_BODY, m.body.body = -1, WIRE_MALFORMED, "body_id is -1");
     ACCEPTED(WIRE_BODY, (m.body.removed = 1, m.body.name = "", m.body.shape_types.count = 0));
     REFUSED(WIRE_BODY, m.body.removed = 2, WIRE_MALFORMED, "removed");
     ACCEPTED(WIRE_BODY, m.body.motion = WIRE_MOTION_FIXED);

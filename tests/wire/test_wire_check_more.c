@@ -39,7 +39,7 @@ static void vertex_batch_rules(void **state)
 {
     (void)state;
     REFUSED(WIRE_VERTEX_BATCH, m.vertex_batch.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns");
-    REFUSED(WIRE_VERTEX_BATCH, m.vertex_batch.body = -1, WIRE_MALFORMED, "body is -1");
+    REFUSED(WIRE_VERTEX_BATCH, m.vertex_batch.body = -1, WIRE_MALFORMED, "body_id is -1");
     ACCEPTED(WIRE_VERTEX_BATCH, m.vertex_batch.shape = WIRE_SHAPES_MAX - 1);
     REFUSED(WIRE_VERTEX_BATCH, m.vertex_batch.shape = WIRE_SHAPES_MAX, WIRE_MALFORMED, "shape is 256: 0 to 255");
     ACCEPTED(WIRE_VERTEX_BATCH, m.vertex_batch.first_vertex = WIRE_GEOMETRY_MAX / 3);
@@ -52,7 +52,7 @@ static void vertex_batch_rules(void **state)
 static void interest_rules(void **state)
 {
     (void)state;
-    REFUSED(WIRE_INTEREST, m.interest.interest = -1, WIRE_MALFORMED, "interest is -1");
+    REFUSED(WIRE_INTEREST, m.interest.interest = -1, WIRE_MALFORMED, "subscription_id is -1");
     ACCEPTED(WIRE_INTEREST, m.interest.facts = 15);
     ACCEPTED(WIRE_INTEREST, (m.interest.facts = 31, m.interest.horizon_s = 2));
     REFUSED(WIRE_INTEREST, m.interest.facts = 16, WIRE_BAD_SIZE, "horizon_s is 0 s: above 0");
@@ -130,7 +130,7 @@ static void receipt_rules(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_RECEIPT, (m.receipt.batch = INT64_MAX, m.receipt.tick = INT64_MAX, m.receipt.part = INT32_MAX));
-    REFUSED(WIRE_RECEIPT, m.receipt.interest = -1, WIRE_MALFORMED, "interest is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.interest = -1, WIRE_MALFORMED, "subscription_id is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.batch = -1, WIRE_MALFORMED, "batch is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.tick = -1, WIRE_MALFORMED, "tick is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.part = -1, WIRE_MALFORMED, "part is -1: 0 to");
@@ -164,9 +164,7 @@ static void answer_rules(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_ANSWER, m.answer.names_b.count = m.answer.lo.count = m.answer.hi.count = 0);
-    REFUSED(WIRE_ANSWER, m.answer.kind = 10, WIRE_MALFORMED, "kind is 10");
     ACCEPTED(WIRE_ANSWER, m.answer.status = WIRE_ANSWER_TRUNCATED);
-    REFUSED(WIRE_ANSWER, m.answer.status = 4, WIRE_MALFORMED, "status is 4: 0 to 3");
     REFUSED(WIRE_ANSWER, m.answer.names_b.count = 1, WIRE_MALFORMED, "names_b has 1");
     REFUSED(WIRE_ANSWER, m.answer.lo.count = 1, WIRE_MALFORMED, "lo has 1");
     REFUSED(WIRE_ANSWER, m.answer.hi.count = 1, WIRE_MALFORMED, "hi has 1");
@@ -201,10 +199,8 @@ static void event_batch_rules(void **state)
     ACCEPTED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_KNOWN);
     ACCEPTED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_AVERTED);
     REFUSED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_IMPACT, WIRE_MALFORMED, "impact_times has 0");
-    REFUSED(WIRE_EVENT_BATCH, plain.kinds[0] = 0, WIRE_MALFORMED, "kinds[0] is 0: 1 to 10");
-    REFUSED(WIRE_EVENT_BATCH, plain.kinds[1] = 11, WIRE_MALFORMED, "kinds[1] is 11");
+    REFUSED(WIRE_EVENT_BATCH, plain.kinds[0] = 0, WIRE_MALFORMED, "kinds[0] is 0: 1 to 255");
     ACCEPTED(WIRE_EVENT_BATCH, plain.causes[1] = WIRE_CAUSE_TELEPORT);
-    REFUSED(WIRE_EVENT_BATCH, plain.causes[1] = 10, WIRE_MALFORMED, "causes[1] is 10: 0 to 9");
     REFUSED(WIRE_EVENT_BATCH, plain.lo[0] = 0, WIRE_BAD_NUMBER, "lo[0] is 0, above hi -0.1");
     ACCEPTED(WIRE_EVENT_BATCH, (plain.lo[0] = -INFINITY, plain.hi[0] = INFINITY));
     REFUSED(WIRE_EVENT_BATCH, plain.axes[0] = INFINITY, WIRE_BAD_NUMBER, "axes[0] is infinite");
@@ -235,15 +231,31 @@ static void rules_of_the_daemon_s_other_messages(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_STATUS, m.status.health = WIRE_HEALTH_STOPPING);
-    REFUSED(WIRE_STATUS, m.status.health = 4, WIRE_MALFORMED, "health is 4: 0 to 3");
     REFUSED(WIRE_STATUS, m.status.counter_values.count = 1, WIRE_MALFORMED, "counter_values has 1");
     ACCEPTED(WIRE_REJECT, (m.reject.client = 0, m.reject.kind = WIRE_NOTHING));
-    REFUSED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "kind is 14");
-    REFUSED(WIRE_REJECT, m.reject.object = -2, WIRE_MALFORMED, "object is -2");
+    REFUSED(WIRE_REJECT, m.reject.object = -2, WIRE_MALFORMED, "object_id is -2");
     REFUSED(WIRE_REJECT, m.reject.reason = WIRE_OK, WIRE_MALFORMED, "reason is 0");
-    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 21");
-    REFUSED(WIRE_ACK, m.ack.client = 0, WIRE_UNKNOWN_CLIENT, "client is 0");
+    REFUSED(WIRE_ACK, m.ack.client = 0, WIRE_UNKNOWN_CLIENT, "client_id is 0");
     ACCEPTED(WIRE_ACK, m.ack.sequences.count = 0);
+}
+
+/* The daemon may be of a later release; whoever hears it shows such a value as unknown. What clients say is refused: it
+ * could not be done. */
+static void values_that_only_a_later_daemon_knows_are_no_fault(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_EVENT_BATCH, plain.kinds[1] = 42);
+    ACCEPTED(WIRE_EVENT_BATCH, plain.causes[1] = 10);
+    ACCEPTED(WIRE_EVENT_BATCH, plain.stale[1] = 4); /* achieved */
+    ACCEPTED(WIRE_EVENT_BATCH, m.event_batch.refusal = WIRE_REASON_COUNT);
+    ACCEPTED(WIRE_ANSWER, m.answer.kind = 10);
+    ACCEPTED(WIRE_ANSWER, m.answer.status = 4);
+    ACCEPTED(WIRE_ANSWER, (m.answer.achieved = (wire_u8s){2, plain.counts}, plain.counts[1] = 4));
+    ACCEPTED(WIRE_STATUS, m.status.health = 4);
+    ACCEPTED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT);
+    ACCEPTED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT);
+    REFUSED(WIRE_INTEREST, m.interest.facts = 32, WIRE_MALFORMED, "facts is 32: 1 to 31");
+    REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10: 1 to 9");
 }
 
 /* ---- limits ---- */
@@ -372,6 +384,7 @@ int main(void)
         cmocka_unit_test(event_batch_rules),
         cmocka_unit_test(event_arrays_are_of_one_length),
         cmocka_unit_test(rules_of_the_daemon_s_other_messages),
+        cmocka_unit_test(values_that_only_a_later_daemon_knows_are_no_fault),
         cmocka_unit_test(every_array_is_refused_one_beyond_its_limit),
         cmocka_unit_test(every_text_is_refused_one_byte_beyond_its_limit),
         cmocka_unit_test(a_full_pose_batch_is_legal),

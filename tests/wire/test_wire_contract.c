@@ -8,10 +8,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include <cmocka.h>
 
-enum { FIELDS_MAX = 64, TOKEN_MAX = 64 };
+enum { FIELDS_MAX = 64, TOKEN_MAX = 64, CONSTANTS_MAX = 256 };
 
 /* ---- both languages as tokens: words, single marks; no comments ---- */
 
@@ -27,7 +28,7 @@ static scanner scan_file(const char *path)
     if (!f) fail_msg("cannot open %s", path);
     char *text = calloc(1, 1 << 16);
     size_t size = fread(text, 1, (1 << 16) - 1, f);
-    assert_true(size > 1000 && feof(f));
+    assert_true(size > 500 && feof(f));
     fclose(f);
     return (scanner){.text = text, .at = text};
 }
@@ -147,12 +148,43 @@ static parsed_field lcm_field(scanner *s)
     return f;
 }
 
-static parsed parse_struct(scanner *s, parsed_field (*field)(scanner *))
+/* ---- constants of either language ---- */
+
+typedef struct constants {
+    uint32_t count;
+    struct {
+        char name[TOKEN_MAX];
+        long value;
+    } at[CONSTANTS_MAX];
+} constants;
+
+static void add_constant(constants *all, const char *name, long value)
+{
+    assert_true(all->count < CONSTANTS_MAX);
+    keep_name(all->at[all->count].name, name);
+    all->at[all->count++].value = value;
+}
+
+/* const TYPE NAME = NUMBER; */
+static void parse_constants(scanner *s, constants *all)
+{
+    while (accept(s, "const")) {
+        char name[TOKEN_MAX];
+        next(s);
+        keep_name(name, next(s));
+        expect(s, "=");
+        add_constant(all, name, strtol(next(s), NULL, 10));
+        expect(s, ";");
+    }
+}
+
+static parsed parse_struct(scanner *s, parsed_field (*field)(scanner *), constants *own)
 {
     parsed p = {.count = 0};
     expect(s, "struct");
     keep_name(p.name, next(s));
     expect(s, "{");
+    if (own) parse_constants(s, own);
     while (!accept(s, "}")) {
         assert_true(p.count < FIELDS_MAX);
         p.fields[p.count++] = field(s);
@@ -176,29 +208,96 @@ static void expect_as_in_schema(const parsed *p, wire_kind kind)
 /* The keys tell DDS which samples are of one object: its client and its number (a status: the daemon's epoch). */
 static void expect_keys(const parsed *p, wire_kind kind)
 {
-    static const char *const second[WIRE_KIND_COUNT] = {[WIRE_CLIENT] = "client",
+    static const char *const second[WIRE_KIND_COUNT] = {[WIRE_CLIENT] = "client_id",
         [WIRE_GEOMETRY] = "hash piece",
-        [WIRE_BODY] = "body",
-        [WIRE_INTEREST] = "interest",
+        [WIRE_BODY] = "body_id",
+        [WIRE_INTEREST] = "subscription_id",
         [WIRE_STATUS] = "epoch"};
     for (uint32_t i = 0; i < p->count; i++) {
         const char *name = p->fields[i].name;
-        bool of_object = second[kind] && (strcmp(name, "client") == 0 || strstr(second[kind], name) != NULL);
+        bool of_object = second[kind] && (strcmp(name, "client_id") == 0 || strstr(second[kind], name) != NULL);
         if (p->fields[i].key != of_object) fail_msg("%s: is %s a key?", p->name, name);
     }
+}
+
+/* "PoseBatch", "bad_hash" as IDL writes constants: POSE_BATCH, BAD_HASH. */
+static const char *in_capitals(const char *prefix, const char *name)
+{
+    static char out[TOKEN_MAX];
+    size_t at = (size_t)snprintf(out, sizeof out, "%s_", prefix), first = at;
+    for (; *name; name++) {
+        if (isupper((unsigned char)*name) && islower((unsigned char)name[-(at > first)])) out[at++] = '_';
+        out[at++] = (char)toupper((unsigned char)*name);
+    }
+    out[at] = '\0';
+    return out;
+}
+
+/* WIRE_EVENT_BEGIN = 1 of wire.h is EVENT_BEGIN; how narrow an interval is has no prefix there. */
+static void constant_of_header(constants *all, const char *name, long value)
+{
+    static const char *const groups[] = {"LOST_", "GEOMETRY_", "MOTION_", "CCD_", "RULE_", "SHAPE_", "FACT_", "BY_",
+        "QUERY_", "ANSWER_", "EVENT_", "CAUSE_", "HEALTH_"};
+    static const char *const achieved[] = {"CERTAIN", "WITHIN", "WIDE", "STOPPED"};
+    if (strcmp(name, "GEOMETRY_MAX") == 0) return;
+    if (strcmp(name, "VERSION") == 0) add_constant(all, "WIRE_VERSION", value);
+    for (size_t i = 0; i < sizeof groups / sizeof *groups; i++)
+        if (strncmp(name, groups[i], strlen(groups[i])) == 0) add_constant(all, name, value);
+    for (size_t i = 0; i < sizeof achieved / sizeof *achieved; i++)
+        if (strcmp(name, achieved[i]) == 0) add_constant(all, in_capitals("ACHIEVED", name), value);
+}
+
+static void parse_header(constants *all)
+{
+    scanner s = scan_file(IDL_FOLDER "/wire/wire.h");
+    while (*next(&s)) {
+        char name[TOKEN_MAX];
+        keep_name(name, s.token);
+        if (strncmp(name, "WIRE_", 5) != 0 || !accept(&s, "=")) continue;
+        constant_of_header(all, name + 5, strtol(next(&s), NULL, 10));
+    }
+    free(s.text);
+    for (int k = WIRE_NOTHING; k < WIRE_KIND_COUNT; k++)
+        add_constant(all, in_capitals("MESSAGE", wire_kind_name((wire_kind)k)), k);
+    for (int r = WIRE_OK; r < WIRE_REASON_COUNT; r++)
+        add_constant(all, in_capitals("REASON", wire_reason_name((wire_reason)r)), r);
+}
+
+static long value_of(const constants *all, const char *name)
+{
+    for (uint32_t i = 0; i < all->count; i++)
+        if (strcmp(all->at[i].name, name) == 0) return all->at[i].value;
+    fail_msg("there is no constant %s", name);
+    return -1;
+}
+
+/* Each constant of wire.h, with its value, and no other. */
+static void expect_constants(const constants *own)
+{
+    constants expected = {0};
+    parse_header(&expected);
+    assert_in_range(expected.count, 100, CONSTANTS_MAX);
+    for (uint32_t i = 0; i < expected.count; i++)
+        if (value_of(own, expected.at[i].name) != expected.at[i].value)
+            fail_msg("%s is not %ld", expected.at[i].name, expected.at[i].value);
+    for (uint32_t i = 0; i < own->count; i++) (void)value_of(&expected, own->at[i].name);
+    assert_int_equal(own->count, expected.count);
 }
 
 static void idl_is_the_schema(void **state)
 {
     (void)state;
+    constants own = {0};
     scanner s = scan_file(IDL_FOLDER "/collided.idl");
     expect(&s, "module");
     expect(&s, "collided");
     expect(&s, "{");
+    parse_constants(&s, &own);
+    expect_constants(&own);
     for (int kind = WIRE_NOTHING + 1; kind < WIRE_KIND_COUNT; kind++) {
         expect(&s, "@");
         expect(&s, "final");
-        parsed p = parse_struct(&s, idl_field);
+        parsed p = parse_struct(&s, idl_field, NULL);
         expect(&s, ";");
         expect_as_in_schema(&p, (wire_kind)kind);
         expect_keys(&p, (wire_kind)kind);
@@ -212,16 +311,45 @@ static void idl_is_the_schema(void **state)
 static void lcm_is_the_schema(void **state)
 {
     (void)state;
+    constants own = {0};
     scanner s = scan_file(IDL_FOLDER "/collided.lcm");
     expect(&s, "package");
     expect(&s, "collided");
     expect(&s, ";");
     for (int kind = WIRE_NOTHING + 1; kind < WIRE_KIND_COUNT; kind++) {
-        parsed p = parse_struct(&s, lcm_field);
+        parsed p = parse_struct(&s, lcm_field, &own);
         expect_as_in_schema(&p, (wire_kind)kind);
     }
+    expect_constants(&own);
     expect(&s, "");
     free(s.text);
+}
+
+/* Languages, and IDL itself, that do not tell names apart by case alone can read both files. */
+static void expect_names_apart(const char *path)
+{
+    enum { NAMES_MAX = 4096 };
+    char(*names)[TOKEN_MAX] = calloc(NAMES_MAX, sizeof *names);
+    size_t count = 0;
+    scanner s = scan_file(path);
+    while (*next(&s)) {
+        if (!isalpha((unsigned char)*s.token)) continue;
+        for (size_t i = 0; i < count; i++)
+            if (strcasecmp(names[i], s.token) == 0 && strcmp(names[i], s.token) != 0)
+                fail_msg("%s: %s and %s differ in case alone", path, names[i], s.token);
+        assert_true(count < NAMES_MAX);
+        keep_name(names[count++], s.token);
+    }
+    free(names);
+    free(s.text);
+}
+
+static void no_names_differ_in_case_alone(void **state)
+{
+    (void)state;
+    expect_names_apart(IDL_FOLDER "/collided.idl");
+    expect_names_apart(IDL_FOLDER "/collided.lcm");
+    expect_names_apart(IDL_FOLDER "/collided_peer.idl");
 }
 
 /* ---- the plain structs ---- */
@@ -274,13 +402,14 @@ static void every_array_and_text_has_a_limit(void **state)
     }
 }
 
-static void the_first_fields_are_version_and_client(void **state)
+static void the_first_fields_are_version_and_client_the_last_extensions(void **state)
 {
     (void)state;
     for (int kind = WIRE_NOTHING + 1; kind < WIRE_KIND_COUNT; kind++) {
         const wire_schema *s = wire_schema_of((wire_kind)kind);
         assert_string_equal(s->fields[0].name, "version");
-        assert_string_equal(s->fields[1].name, kind == WIRE_STATUS ? "epoch" : "client");
+        assert_string_equal(s->fields[1].name, kind == WIRE_STATUS ? "epoch" : "client_id");
+        assert_string_equal(s->fields[s->field_count - 1].name, "extensions");
         assert_string_equal(wire_kind_name((wire_kind)kind), s->name);
     }
     assert_null(wire_schema_of(WIRE_NOTHING));
@@ -295,7 +424,7 @@ static void every_reason_has_a_name_of_its_own(void **state)
         for (int b = WIRE_OK; b < a; b++)
             assert_string_not_equal(wire_reason_name((wire_reason)a), wire_reason_name((wire_reason)b));
     }
-    assert_string_equal(wire_reason_name(WIRE_REASON_COUNT), "?");
+    assert_string_equal(wire_reason_name(WIRE_REASON_COUNT), "unknown");
 }
 
 int main(void)
@@ -303,9 +432,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(idl_is_the_schema),
         cmocka_unit_test(lcm_is_the_schema),
+        cmocka_unit_test(no_names_differ_in_case_alone),
         cmocka_unit_test(the_schema_covers_the_plain_structs),
         cmocka_unit_test(every_array_and_text_has_a_limit),
-        cmocka_unit_test(the_first_fields_are_version_and_client),
+        cmocka_unit_test(the_first_fields_are_version_and_client_the_last_extensions),
         cmocka_unit_test(every_reason_has_a_name_of_its_own),
     };
     return cmocka_run_group_tests_name("wire_contract", tests, NULL, NULL);

@@ -18,12 +18,12 @@
 #include "collided_Client.h"
 #include "collided_EventBatch.h"
 #include "collided_Geometry.h"
-#include "collided_Interest.h"
 #include "collided_PoseBatch.h"
 #include "collided_Query.h"
 #include "collided_Receipt.h"
 #include "collided_Reject.h"
 #include "collided_Status.h"
+#include "collided_Subscription.h"
 #include "collided_VertexBatch.h"
 
 enum { ROUNDS = 300, MOST = 20 };
@@ -45,7 +45,7 @@ typedef struct place {
 #define PLACE_I64S ARRAY
 #define PLACE_F64S ARRAY
 #define PLACE_STRINGS ARRAY
-#define PLACE(S, field, type, most, rule) PLACE_##type(S, field)
+#define PLACE(S, member, name, type, most, rule) PLACE_##type(S, name)
 #define PLACES_OF(kind, member, name)                                                                                  \
     static const place member##_places[] = {WIRE_FIELDS_##member(PLACE, collided_##name)};
 WIRE_MESSAGES(PLACES_OF)

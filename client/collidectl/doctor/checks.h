@@ -3,26 +3,7 @@
 #ifndef COLLIDED_DOCTOR_CHECKS_H
 #define COLLIDED_DOCTOR_CHECKS_H
 
-#include "doctor.h"
-#include "ear.h"
-#include "facts.h"
-#include "finding.h"
-
-enum { DDS_DOMAINS = 231, DDS_PARTICIPANTS = 64 /* a domain and host, on loopback: WIRE_DDS_INDICES */ };
-
-typedef struct doctor {
-    doctor_options options; /* with "" for what was NULL */
-    bool over_lcm;
-    unsigned domain;           /* DDS */
-    const char *address;       /* LCM: what follows lcm:// */
-    facts_interface interface; /* that DDS or LCM uses; its name "" = there is none of that name */
-    ear *ear;                  /* NULL: it did not open, and `deaf` says why */
-    bool stranger;             /* somebody does not speak our wire */
-    bool opened;               /* it did, when the checks began */
-    char deaf[256];
-    char elsewhere[128];      /* a daemon that was heard in another domain or on another interface; "" = none */
-    const ear_daemon *daemon; /* the one that clients follow; NULL = none was heard */
-} doctor;
+#include "run.h"
 
 doctor_finding check_interface(doctor *d);    /* the network interface is there and up */
 doctor_finding check_multicast(doctor *d);    /* LCM: the interface does multicast */
@@ -43,9 +24,5 @@ doctor_finding check_clock(doctor *d);        /* its clock and ours agree */
 doctor_finding check_lost(doctor *d);         /* no bodies of lost clients */
 doctor_finding check_stale(doctor *d);        /* no bodies past their deadline */
 doctor_finding check_losses(doctor *d);       /* nothing is being dropped or refused */
-
-bool doctor_uses_lcm(const doctor *d); /* the URI, or the daemon that was heard; without one: as by default */
-void doctor_progress(const doctor *d, const char *format, ...) __attribute__((format(printf, 2, 3)));
-ear *doctor_open_ear(const doctor *d, unsigned domain, const char *interface, char *why, size_t why_size);
 
 #endif

@@ -47,7 +47,7 @@ static bool is_here(const char *host)
     return gethostname(ours, sizeof ours - 1) == 0 && strcmp(ours, host) == 0;
 }
 
-static size_t read_file(long pid, const char *file, char *out, size_t size)
+static size_t read_proc_file(long pid, const char *file, char *out, size_t size)
 {
     char path[64];
     snprintf(path, sizeof path, "/proc/%ld/%s", pid, file);
@@ -62,7 +62,7 @@ static size_t read_file(long pid, const char *file, char *out, size_t size)
 static bool unit_of(long pid, char unit[64])
 {
     char groups[1024];
-    read_file(pid, "cgroup", groups, sizeof groups);
+    read_proc_file(pid, "cgroup", groups, sizeof groups);
     char *found = strstr(groups, "collided");
     if (!found || !strstr(found, ".service")) return false;
     snprintf(unit, 64, "%.*s", (int)(strstr(found, ".service") - found), found);
@@ -73,7 +73,7 @@ static bool unit_of(long pid, char unit[64])
 static void options_of(long pid, char *out, size_t size)
 {
     char words[COMMAND_MAX], word[COMMAND_MAX];
-    size_t n = read_file(pid, "cmdline", words, sizeof words), at = 0;
+    size_t n = read_proc_file(pid, "cmdline", words, sizeof words), at = 0;
     out[0] = '\0';
     for (size_t i = strlen(words) + 1; i < n && at < size; i += strlen(words + i) + 1)
         at += (size_t)snprintf(out + at, size - at, " %s", command_word(words + i, word, sizeof word));

@@ -4,7 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-static void put(char line[DOCTOR_TEXT_MAX], const char *format, va_list arguments)
+static void write_line(char line[DOCTOR_TEXT_MAX], const char *format, va_list arguments)
 {
     vsnprintf(line, DOCTOR_TEXT_MAX, format, arguments);
     for (char *t = line; *t; t++)
@@ -15,7 +15,7 @@ static void put(char line[DOCTOR_TEXT_MAX], const char *format, va_list argument
     doctor_finding f = {.verdict = (verdict_)};                                                                        \
     va_list arguments;                                                                                                 \
     va_start(arguments, format);                                                                                       \
-    put(f.seen, format, arguments);                                                                                    \
+    write_line(f.seen, format, arguments);                                                                             \
     va_end(arguments);                                                                                                 \
     return f
 
@@ -38,7 +38,7 @@ doctor_finding finding_mend(doctor_finding f, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    put(f.mend, format, arguments);
+    write_line(f.mend, format, arguments);
     va_end(arguments);
     return f;
 }

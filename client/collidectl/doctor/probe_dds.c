@@ -16,7 +16,7 @@ typedef struct message {
     size_t size;
 } message;
 
-static void put(message *m, const void *bytes, size_t size)
+static void put_bytes(message *m, const void *bytes, size_t size)
 {
     memcpy(m->bytes + m->size, bytes, size);
     m->size += size;
@@ -24,7 +24,7 @@ static void put(message *m, const void *bytes, size_t size)
 
 static void put_u16(message *m, unsigned value)
 {
-    put(m, (const uint8_t[]){(uint8_t)value, (uint8_t)(value >> 8)}, 2);
+    put_bytes(m, (const uint8_t[]){(uint8_t)value, (uint8_t)(value >> 8)}, 2);
 }
 
 static void put_u32(message *m, uint32_t value)
@@ -39,8 +39,8 @@ static void put_locator(message *m, unsigned id, const struct sockaddr_in *here)
     put_u16(m, 24);
     put_u32(m, 1); /* UDPv4 */
     put_u32(m, ntohs(here->sin_port));
-    put(m, (const uint8_t[12]){0}, 12);
-    put(m, &here->sin_addr, 4);
+    put_bytes(m, (const uint8_t[12]){0}, 12);
+    put_bytes(m, &here->sin_addr, 4);
 }
 
 /* Header, then one DATA of the writer of participants, as a parameter list, little-endian. */
@@ -49,24 +49,24 @@ static message announcement(const struct sockaddr_in *here)
     message m = {.size = 0};
     uint8_t prefix[PREFIX];
     if (getrandom(prefix, sizeof prefix, 0) != sizeof prefix) memset(prefix, 7, sizeof prefix);
-    put(&m, "RTPS\x02\x01\x00\x00", 8); /* version 2.1, vendor unknown */
-    put(&m, prefix, PREFIX);
-    put(&m, "\x15\x05\x00\x00", 4);                 /* DATA, little-endian with payload, up to the end of the message */
-    put(&m, "\x00\x00\x10\x00", 4);                 /* no flags; 16 bytes to the payload */
-    put(&m, "\x00\x00\x00\x00\x00\x01\x00\xc2", 8); /* to any reader, from the writer of participants */
+    put_bytes(&m, "RTPS\x02\x01\x00\x00", 8); /* version 2.1, vendor unknown */
+    put_bytes(&m, prefix, PREFIX);
+    put_bytes(&m, "\x15\x05\x00\x00", 4); /* DATA, little-endian with payload, up to the end of the message */
+    put_bytes(&m, "\x00\x00\x10\x00", 4); /* no flags; 16 bytes to the payload */
+    put_bytes(&m, "\x00\x00\x00\x00\x00\x01\x00\xc2", 8); /* to any reader, from the writer of participants */
     put_u32(&m, 0);
-    put_u32(&m, 1);                                 /* sequence number */
-    put(&m, "\x00\x03\x00\x00", 4);                 /* PL_CDR_LE */
-    put(&m, "\x15\x00\x04\x00\x02\x01\x00\x00", 8); /* version */
-    put(&m, "\x16\x00\x04\x00\x00\x00\x00\x00", 8); /* vendor */
-    put(&m, "\x50\x00\x10\x00", 4);                 /* participant */
-    put(&m, prefix, PREFIX);
-    put(&m, "\x00\x00\x01\xc1", 4);
-    put(&m, "\x58\x00\x04\x00\x03\x00\x00\x00", 8); /* it announces and detects participants, nothing else */
-    put(&m, "\x02\x00\x08\x00\x01\x00\x00\x00\x00\x00\x00\x00", 12); /* lease 1 s */
-    put_locator(&m, 0x32, here);                                     /* discovery by unicast */
-    put_locator(&m, 0x31, here);                                     /* data by unicast */
-    put(&m, "\x01\x00\x00\x00", 4);
+    put_u32(&m, 1);                                       /* sequence number */
+    put_bytes(&m, "\x00\x03\x00\x00", 4);                 /* PL_CDR_LE */
+    put_bytes(&m, "\x15\x00\x04\x00\x02\x01\x00\x00", 8); /* version */
+    put_bytes(&m, "\x16\x00\x04\x00\x00\x00\x00\x00", 8); /* vendor */
+    put_bytes(&m, "\x50\x00\x10\x00", 4);                 /* participant */
+    put_bytes(&m, prefix, PREFIX);
+    put_bytes(&m, "\x00\x00\x01\xc1", 4);
+    put_bytes(&m, "\x58\x00\x04\x00\x03\x00\x00\x00", 8); /* it announces and detects participants, nothing else */
+    put_bytes(&m, "\x02\x00\x08\x00\x01\x00\x00\x00\x00\x00\x00\x00", 12); /* lease 1 s */
+    put_locator(&m, 0x32, here);                                           /* discovery by unicast */
+    put_locator(&m, 0x31, here);                                           /* data by unicast */
+    put_bytes(&m, "\x01\x00\x00\x00", 4);
     return m;
 }
 
@@ -77,7 +77,7 @@ static bool open_at(int fd, struct in_addr from, struct sockaddr_in *here)
     return bind(fd, (struct sockaddr *)here, sizeof *here) == 0 && getsockname(fd, (struct sockaddr *)here, &size) == 0;
 }
 
-static void announce(int fd, const message *m, struct in_addr to, unsigned port, unsigned count)
+static void send_announcement(int fd, const message *m, struct in_addr to, unsigned port, unsigned count)
 {
     for (unsigned i = 0; i < count; i++) {
         const struct sockaddr_in there = {
@@ -110,7 +110,7 @@ bool probe_dds(struct in_addr from, struct in_addr to, unsigned domain, bool by_
     if (fd < 0) return false;
     if (open_at(fd, from, &here)) {
         message m = announcement(&here);
-        announce(fd, &m, to, by_index ? base + 10 : base, by_index ? INDICES : 1);
+        send_announcement(fd, &m, to, by_index ? base + 10 : base, by_index ? INDICES : 1);
         heard = hears_rtps(fd, to, seconds);
     }
     close(fd);
@@ -135,7 +135,7 @@ void probe_dds_domains(struct in_addr from, bool answers[PROBE_DOMAINS], double 
         if (p[d].fd < 0 || !open_at(p[d].fd, from, &here)) continue;
         setsockopt(p[d].fd, IPPROTO_IP, IP_MULTICAST_IF, &from, sizeof from);
         message m = announcement(&here);
-        announce(p[d].fd, &m, group, 7400 + 250 * d, 1);
+        send_announcement(p[d].fd, &m, group, 7400 + 250 * d, 1);
     }
     for (double end = ear_now_s() + seconds, now; (now = ear_now_s()) < end;) {
         if (poll(p, PROBE_DOMAINS, (int)(1000 * (end - now))) <= 0) break;

@@ -4,6 +4,7 @@
 
 #include "cut.h"
 #include "deviate.h"
+#include "solid_make.h"
 #include "vec3.h"
 
 #include <stdio.h>
@@ -70,7 +71,7 @@ static double cost_of(const work *w, size_t i, size_t k)
     return cost;
 }
 
-static void unite(work *w, size_t i, size_t k)
+static void unite_pieces(work *w, size_t i, size_t k)
 {
     piece both;
     piece_unite(&w->pieces[i], &w->pieces[k], &both);
@@ -99,7 +100,7 @@ static void unite_down(work *w, size_t most)
             for (size_t i = 0; i < k; i++)
                 if (w->cost[i][k] < w->cost[first][second]) first = i, second = k;
         if (w->count <= most && w->cost[first][second] > w->target) return;
-        unite(w, first, second);
+        unite_pieces(w, first, second);
     }
 }
 
@@ -120,7 +121,7 @@ static void hand_out(pool *p, work *w, decomposition *out)
     }
 }
 
-static bool run(pool *p, work *w, const decompose_options *o, decomposition *out, load_report *r)
+static bool decompose_solid(pool *p, work *w, const decompose_options *o, decomposition *out, load_report *r)
 {
     size_t most = o->pieces_max ? o->pieces_max : DECOMPOSE_PIECES_DEFAULT;
     if (most > DECOMPOSE_PIECES_MAX) most = DECOMPOSE_PIECES_MAX;
@@ -149,7 +150,7 @@ bool decompose_mesh(
     work *w = pool_alloc(&memory, 1, sizeof *w);
     w->s = &s;
     if (!s.closed) load_warn(r, "%s: is not closed, so it has no inside to cut: it becomes one hull", options->name);
-    bool ok = run(p, w, options, out, r);
+    bool ok = decompose_solid(p, w, options, out, r);
     out->closed = s.closed;
     out->united = s.united;
     out->dropped = s.dropped;

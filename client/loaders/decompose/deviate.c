@@ -15,6 +15,7 @@
 #include "deviate.h"
 
 #include "overhang.h"
+#include "solid_tree.h"
 #include "vec3.h"
 
 enum { NEAR_MOST = 48, STEP_WORK = 2000 /* a place and a plane of overhang.h, of which a step takes as long */ };
@@ -183,7 +184,7 @@ static void look_at(search *q, cell *c, const deviate_effort *effort)
         push(q, c);
 }
 
-static void split(search *q, const cell *c, const deviate_effort *effort)
+static void split_cell(search *q, const cell *c, const deviate_effort *effort)
 {
     int axis = 0;
     for (int k = 1; k < 3; k++)
@@ -225,7 +226,7 @@ double deviate_find(const solid *s, piece *p, const deviate_effort *effort)
     for (size_t step = 0; step < effort->steps && q.count > 0; step++) {
         cell c = pop(&q);
         if (c.bound > q.enough)
-            split(&q, &c, effort);
+            split_cell(&q, &c, effort);
         else
             q.settled = fmax(q.settled, c.bound);
     }

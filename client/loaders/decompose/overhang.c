@@ -33,7 +33,7 @@ static void middle(const double points[3][3], int count, double out[3])
 }
 
 /* The bound of the spot; and what its middle comes to, which is how far splitting can get. */
-static double look(search *q, const spot *x)
+static double bound_of_spot(search *q, const spot *x)
 {
     double bound = INFINITY, value = INFINITY, y[3], u[3];
     middle(x->at, x->at_count, y);
@@ -77,7 +77,7 @@ static double longest(const double points[3][3], int count, int ends[2])
 }
 
 /* Halves the longest side of the place or of the cone, whichever is longer against what it can be. */
-static bool split(const search *q, const spot *x, spot parts[2])
+static bool split_spot(const search *q, const spot *x, spot parts[2])
 {
     int ends[2] = {0, 0}, ways[2] = {0, 0};
     double size = longest(x->at, x->at_count, ends) / q->s->diagonal;
@@ -98,13 +98,13 @@ static bool split(const search *q, const spot *x, spot parts[2])
 
 static void settle(search *q, const spot *x, int splits)
 {
-    double bound = look(q, x);
+    double bound = bound_of_spot(q, x);
     if (bound <= q->bound || bound <= fmax(q->floor, CLOSE * q->occurs)) {
         q->bound = fmax(q->bound, bound);
         return;
     }
     spot parts[2];
-    if (splits == 0 || q->looks < 2 || !split(q, x, parts)) {
+    if (splits == 0 || q->looks < 2 || !split_spot(q, x, parts)) {
         q->bound = bound;
         return;
     }
@@ -147,7 +147,7 @@ typedef struct side { /* of a triangle; or one of its corners, twice */
     const double *normal;
 } side;
 
-static int by_place(const void *left, const void *right)
+static int compare_side_ends(const void *left, const void *right)
 {
     const double *a = ((const side *)left)->ends, *b = ((const side *)right)->ends;
     for (int k = 0; k < 6; k++)
@@ -167,7 +167,7 @@ static void put_side(side *out, const solid_triangle *t, int i, int k)
 static size_t same_place(const side *sides, size_t first, size_t count)
 {
     size_t end = first + 1;
-    while (end < count && by_place(&sides[first], &sides[end]) == 0) end++;
+    while (end < count && compare_side_ends(&sides[first], &sides[end]) == 0) end++;
     return end;
 }
 
@@ -227,7 +227,7 @@ static void frame_about(const double *const *normals, int count, double axes[3][
 }
 
 /* The cone of many normals is that of those that are outermost, seen against their mean: a fan of triangles. */
-static void add_corner(struct overhang *o, pool *p, const double at[3], const double *const *normals, int count)
+static void add_corner_spots(struct overhang *o, pool *p, const double at[3], const double *const *normals, int count)
 {
     double axes[3][3];
     flat points[AROUND_MAX], around[2 * AROUND_MAX];
@@ -262,7 +262,7 @@ static void add_corners(struct overhang *o, pool *p, const side *sides, size_t c
             else
                 normals[different++] = sides[n].normal;
         }
-        if (!o->lost) add_corner(o, p, sides[i].ends, normals, different);
+        if (!o->lost) add_corner_spots(o, p, sides[i].ends, normals, different);
     }
 }
 
@@ -278,8 +278,8 @@ struct overhang *overhang_make(pool *p, const solid *s)
         put_side(&along[i], &s->triangles[i / 3], (int)(i % 3), (int)((i + 1) % 3));
         put_side(&at[i], &s->triangles[i / 3], (int)(i % 3), (int)(i % 3));
     }
-    qsort(along, 3 * s->count, sizeof *along, by_place);
-    qsort(at, 3 * s->count, sizeof *at, by_place);
+    qsort(along, 3 * s->count, sizeof *along, compare_side_ends);
+    qsort(at, 3 * s->count, sizeof *at, compare_side_ends);
     add_faces(o, p, s);
     add_edges(o, p, along, 3 * s->count);
     add_corners(o, p, at, 3 * s->count);
@@ -300,7 +300,7 @@ double overhang_bound(const struct overhang *o, const solid *s, const piece_plan
     q.looks = work / (plane_count ? plane_count : 1);
     if (!o) return INFINITY;
     for (size_t i = 0; i < o->count; i++) {
-        look(&q, &o->spots[i]);
+        bound_of_spot(&q, &o->spots[i]);
         if (q.occurs > wanted) return INFINITY;
     }
     for (size_t i = 0; i < o->count; i++) {

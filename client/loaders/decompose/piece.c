@@ -2,6 +2,7 @@
 #include "piece.h"
 
 #include "quickhull.h"
+#include "solid_tree.h"
 #include "vec3.h"
 
 #include <libqhull_r/qhull_ra.h>
@@ -39,7 +40,7 @@ static bool find_planes(piece *p)
 }
 
 /* Points that are inside of the hull by more than rounding are not needed. */
-static void drop_inner(piece *p)
+static void drop_inner_points(piece *p)
 {
     double deep = 1e-9 * distance3(p->lo, p->hi);
     size_t kept = 0;
@@ -58,13 +59,13 @@ static bool make_hull(piece *p)
     box_empty(p->lo, p->hi);
     for (size_t i = 0; i < p->point_count; i++) box_add(p->lo, p->hi, p->points + 3 * i);
     if (!find_planes(p)) return false;
-    drop_inner(p);
+    drop_inner_points(p);
     return true;
 }
 
 /* ---- cells ---- */
 
-static void add_corner(piece *out, const double at[3])
+static void add_piece_corner(piece *out, const double at[3])
 {
     memcpy(out->corners + 3 * out->corner_count++, at, 3 * sizeof *at);
 }
@@ -83,10 +84,10 @@ static void cut_polygon(const double *corners, size_t count, int axis, double at
     for (size_t i = 0; i < count; i++) {
         const double *a = corners + 3 * i, *b = corners + 3 * ((i + 1) % count);
         double from = sign * (a[axis] - at), to = sign * (b[axis] - at), cross[3];
-        if (from >= 0) add_corner(out, a);
+        if (from >= 0) add_piece_corner(out, a);
         if ((from > 0 && to < 0) || (from < 0 && to > 0)) {
             crossing(a, b, axis, at, cross);
-            add_corner(out, cross);
+            add_piece_corner(out, cross);
         }
     }
     if (out->corner_count > before) out->ends[out->polygon_count++] = (uint32_t)out->corner_count;

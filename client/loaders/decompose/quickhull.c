@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int by_coordinates(const void *left, const void *right)
+static int compare_hull_points(const void *left, const void *right)
 {
     const double *a = left, *b = right;
     for (int k = 0; k < 3; k++)
@@ -17,10 +17,10 @@ static int by_coordinates(const void *left, const void *right)
 size_t quickhull_sort(double *points, size_t count)
 {
     for (size_t i = 0; i < 3 * count; i++) points[i] += 0.0; /* -0 becomes 0 */
-    qsort(points, count, 3 * sizeof *points, by_coordinates);
+    qsort(points, count, 3 * sizeof *points, compare_hull_points);
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        if (kept && by_coordinates(points + 3 * (kept - 1), points + 3 * i) == 0) continue;
+        if (kept && compare_hull_points(points + 3 * (kept - 1), points + 3 * i) == 0) continue;
         memmove(points + 3 * kept++, points + 3 * i, 3 * sizeof *points);
     }
     return kept;

@@ -54,7 +54,7 @@ static double corners_away(const fit_hull *h, const box *b)
     return most + h->slack;
 }
 
-static double radius_about(const fit_hull *h, const box *b)
+static double radius_about_box(const fit_hull *h, const box *b)
 {
     double most2 = 0;
     for (size_t i = 0; i < h->count; i++) {
@@ -69,7 +69,7 @@ static double radius_about(const fit_hull *h, const box *b)
     return sqrt(most2) + 4 * h->slack;
 }
 
-static void set_shape(const box *b, double radius, double excess, fit_shape *out)
+static void set_box(const box *b, double radius, double excess, fit_shape *out)
 {
     *out = (fit_shape){.shape = {.scale = {1, 1, 1}}, .excess_m = excess};
     collided_shape *s = &out->shape.shape;
@@ -102,7 +102,7 @@ static void try_frame(const fit_hull *h, const double q[4], fit_shape *out)
     box b;
     turned(q, by, best);
     tight_box(h, best, &b);
-    set_shape(&b, 0, corners_away(h, &b), out);
+    set_box(&b, 0, corners_away(h, &b), out);
 }
 
 static size_t largest_facet(const fit_hull *h, const bool *used)
@@ -166,7 +166,7 @@ static double rounded_excess(const void *context, const double *x)
     const begin *from = context;
     box b;
     moved_box(from, x, &b);
-    return radius_about(from->h, &b) + corners_away(from->h, &b);
+    return radius_about_box(from->h, &b) + corners_away(from->h, &b);
 }
 
 void fit_rounded_box(const fit_hull *h, const fit_shape *around, fit_shape *out)
@@ -184,5 +184,5 @@ void fit_rounded_box(const fit_hull *h, const fit_shape *around, fit_shape *out)
     double found = fit_search(rounded_excess, &from, x, steps, 9, 1e-3, 1500);
     box best;
     moved_box(&from, x, &best);
-    set_shape(&best, radius_about(h, &best), found, out);
+    set_box(&best, radius_about_box(h, &best), found, out);
 }

@@ -13,17 +13,17 @@ static double from_segment(const double a[3], const double b[3], const double x[
     return distance3(near, x);
 }
 
-static double radius_about(const fit_hull *h, const double ends[6])
+static double radius_about_segment(const fit_hull *h, const double ends[6])
 {
     double most = 0;
     for (size_t i = 0; i < h->count; i++) most = fmax(most, from_segment(ends, ends + 3, h->points + 3 * i));
     return most + 2 * h->slack;
 }
 
-static double excess(const void *context, const double *ends)
+static double capsule_excess(const void *context, const double *ends)
 {
     const fit_hull *h = context;
-    return radius_about(h, ends) + fmax(fit_hull_away(h, ends), fit_hull_away(h, ends + 3));
+    return radius_about_segment(h, ends) + fmax(fit_hull_away(h, ends), fit_hull_away(h, ends + 3));
 }
 
 /* The segment along an axis through the middle that leaves its ends to the round caps. */
@@ -44,9 +44,9 @@ static void begin_along(const fit_hull *h, const double axis[3], double ends[6])
     along3(h->centre, hi - inset, axis, ends + 3);
 }
 
-static void set_shape(const fit_hull *h, const double ends[6], fit_shape *out)
+static void set_capsule(const fit_hull *h, const double ends[6], fit_shape *out)
 {
-    double way[3], axes[3][3], r = radius_about(h, ends);
+    double way[3], axes[3][3], r = radius_about_segment(h, ends);
     sub3(ends + 3, ends, way);
     double half = norm3(way) / 2;
     out->shape.shape = (collided_shape){.type = COLLIDED_CAPSULE, .radius = r, .pose = rigid_identity()};
@@ -66,9 +66,9 @@ void fit_capsule(const fit_hull *h, fit_shape *out)
     for (int i = 0; i < 3; i++) {
         double ends[6];
         begin_along(h, h->axes[i], ends);
-        double found = fit_search(excess, h, ends, steps, 6, 1e-3, 900) + h->slack;
+        double found = fit_search(capsule_excess, h, ends, steps, 6, 1e-3, 900) + h->slack;
         if (found >= out->excess_m) continue;
         out->excess_m = found;
-        set_shape(h, ends, out);
+        set_capsule(h, ends, out);
     }
 }

@@ -68,7 +68,7 @@ typedef struct edge {
     int32_t from, to;
 } edge;
 
-static int by_ends(const void *left, const void *right)
+static int compare_hull_edges(const void *left, const void *right)
 {
     const edge *a = left, *b = right;
     return a->from != b->from ? (a->from < b->from ? -1 : 1) : (a->to > b->to) - (a->to < b->to);
@@ -81,19 +81,19 @@ static bool is_closed(const fit_hull *h)
     size_t count = 3 * h->plane_count;
     edge *edges = pool_alloc(&work, count, sizeof *edges);
     for (size_t i = 0; i < count; i++) edges[i] = (edge){h->corners[i / 3][i % 3], h->corners[i / 3][(i + 1) % 3]};
-    qsort(edges, count, sizeof *edges, by_ends);
+    qsort(edges, count, sizeof *edges, compare_hull_edges);
     bool closed = count >= 12;
     for (size_t i = 0; closed && i < count; i++) {
         edge back = {edges[i].to, edges[i].from};
-        closed =
-            (i == 0 || by_ends(&edges[i - 1], &edges[i]) != 0) && bsearch(&back, edges, count, sizeof *edges, by_ends);
+        closed = (i == 0 || compare_hull_edges(&edges[i - 1], &edges[i]) != 0) &&
+                 bsearch(&back, edges, count, sizeof *edges, compare_hull_edges);
     }
     pool_free(&work);
     return closed;
 }
 
 /* Keeps only the points that are corners of facets. */
-static void drop_inner(pool *p, fit_hull *h)
+static void drop_unused_points(pool *p, fit_hull *h)
 {
     int32_t *place = pool_alloc(p, h->count, sizeof *place);
     for (size_t i = 0; i < 3 * h->plane_count; i++) place[h->corners[i / 3][i % 3]] = 1;
@@ -177,7 +177,7 @@ bool fit_hull_make(pool *p, const double *points, size_t count, fit_hull *out)
     }
     out->slack = 0x1p-36 * out->most;
     if (!find_facets(p, out) || !settle_planes(out) || !is_closed(out)) return false;
-    drop_inner(p, out);
+    drop_unused_points(p, out);
     find_axes(out);
     return true;
 }

@@ -5,6 +5,7 @@
 #include "fit_excess.h"
 #include "fit_truth.h"
 #include "loaders/decompose/decompose.h"
+#include "loaders/decompose/solid_make.h"
 
 #include <math.h>
 #include <string.h>

@@ -221,7 +221,7 @@ static double gap_of(search *q, double enough, double axis[3], bool *meets)
     return least - q->slack;
 }
 
-static void look(search *q, box *x)
+static void look_at_box(search *q, box *x)
 {
     never_place at;
     never_path_place(&q->path, x->middle, &at);
@@ -277,14 +277,14 @@ static void tell_values(const search *q, const box *x, never_answer *out)
     }
 }
 
-static void run(search *q, size_t boxes_max, never_answer *out)
+static void search_boxes(search *q, size_t boxes_max, never_answer *out)
 {
     pool work = {0};
     box *stack = pool_alloc(&work, DEPTH_MAX, sizeof *stack);
     int depth = 0;
     size_t plenty = boxes_max / PLENTY;
     whole_box(q, &stack[0]);
-    look(q, &stack[0]);
+    look_at_box(q, &stack[0]);
     out->boxes = 1;
     depth = settles(&stack[0], plenty, out) ? 0 : 1;
     while (depth > 0 && out->verdict == NEVER_PROVEN) {
@@ -303,7 +303,7 @@ static void run(search *q, size_t boxes_max, never_answer *out)
             halves[i] = x;
             halves[i].half[k] /= 2;
             halves[i].middle[k] += (i ? 1 : -1) * halves[i].half[k];
-            look(q, &halves[i]);
+            look_at_box(q, &halves[i]);
             open[i] = !settles(&halves[i], plenty, out);
         }
         out->boxes += 2;
@@ -324,7 +324,7 @@ void never_meet_find(const urdf *u, int a, const load_shape *of_a, size_t a_coun
                  never_path_make(u, a, b, &q->path);
     if (known) {
         find_reaches(q);
-        run(q, boxes_max, out);
+        search_boxes(q, boxes_max, out);
     } else {
         out->verdict = NEVER_UNKNOWN;
     }

@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-#define OFFSET(S, field, type, most, rule) offsetof(S, field),
+#define OFFSET(S, member, name, type, most, rule) offsetof(S, name),
 #define OFFSETS_OF(kind, member, name)                                                                                 \
     static const size_t member##_offsets[] = {WIRE_FIELDS_##member(OFFSET, collided_##name)};
 

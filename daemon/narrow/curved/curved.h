@@ -1,0 +1,233 @@
+/* curved: distances and depths of cores with rims, and of those that share an axis. Pure; any thread. */
+#ifndef COLLIDED_NARROW_CURVED_CURVED_H
+#define COLLIDED_NARROW_CURVED_CURVED_H
+
+#include "narrow/convex/gjk.h"
+#include "narrow/pair/unit_pair.h"
+#include "pieces.h"
+
+/* ==== distances ==== */
+
+/* The distance of cores with rims, from where GJK has found out which way they are apart.
+ *
+ * GJK comes nearer to a rim by a constant factor a step. Its simplex tells on which pieces of B - A (pieces.h) the
+ * nearest point is likely to be; Newton's method finds the axis that they have, a support point along it tells whether
+ * a piece was missing. Both bounds are proved as GJK proves them: `lo` by that support point, `hi` by a point of each
+ * core. */
+
+/* GJK until it knows (GJK_TOUCH or GJK_INSIDE: as gjk_distance ends), then the descent; where that does not reach the
+ * goal, GJK from the best axis. For pairs of which pieces_apply. `seed`: see gjk_distance. */
+void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out);
+
+/* The end of a search from nothing of bodies with rims (curved.h): *s is its bracket, unless it is the answer of
+ * strict features already; it becomes that if there are any: then it holds them. */
+void descent_settle_rims(const unit_pair *p, const narrow_goal *goal, span *s);
+
+/* ==== depths ==== */
+
+/* The depth of two overlapping cores of which one at least has a rim, by the expanding polytope with
+ * domes, as epa.h, for the common case: few points, no slivers.
+ *
+ * What is proved and how is epa.h's: each direction tried bounds the depth from above, the nearest triangle of a closed
+ * surface of points of B - A from below, and where rims would take thousands of triangles, domes (curved.h) say
+ * that nothing behind a triangle is nearer. With domes some twenty points are enough, and the machine of surface.h is
+ * quicker than epa.c's. Nothing is remembered from query to query. */
+
+/* ---- dome ---- */
+
+/* A cone of directions in which two overlapping cores are surely no shallower than at its middle.
+ *
+ * Where a cylinder or a cone is met at its rim, B - A is curved, and triangles inscribed in it come to within eps only
+ * when they are sqrt(eps) small. A dome takes the curved pieces (pieces.h) as they are: about a least of the greatest
+ * of some of them it bounds their second derivatives over a whole cone of directions (the second-order sufficient
+ * condition of a minimax). All of this is of support functions of parts of B - A, so it is a lower bound of its support
+ * function h, the overlap of the support intervals, whether or not the pieces are the right ones.
+ *
+ * Lengths between cores, directions from the origin outward (minus the axis of a span). */
+
+typedef struct dome {
+    vec3 direction;        /* unit; its middle */
+    double cosine;         /* of the angle from there to its rim; > 0 */
+    double depth;          /* h(n) is not less for any unit n of the dome; > 0 */
+    vec3 point_a, point_b; /* the deepest points at `direction` */
+} dome;
+
+/* The dome about a local least near the unit direction `near`. `close`: by which `depth` may fall short of what it
+ * might be. False: there is none, or it was not found. */
+bool dome_raise(const unit_pair *p, const bundle *pieces, vec3 near, double close, dome *out);
+
+/* Is every direction that leaves through the triangle `w`, and along which none of its corners is as high as `depth`
+ * (at most the dome's), in the dome? Then nothing behind that triangle is nearer than `depth`. `nearest`: its point
+ * nearest to the origin, by which most are refused. */
+bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, double size);
+
+/* ---- curved depth ---- */
+
+/* For pairs of which pieces_apply. `start`: where gjk_distance ended. False: the simplex holds no tetrahedron, or the
+ * surface got slivers, folds or too many points: epa_depth has to answer, *out is as if nothing had been tried but for
+ * the count of iterations. */
+bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
+
+/* The same in registers of 32 or of 16 bytes, for tests: `wide` only where lanes_wide() (simd.h). */
+bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
+
+/* ==== about one axis ==== */
+
+/* The depth of two cores that share their axis of revolution, where a whole ring of directions is equally deep
+ * and a polytope grown from inside converges slowly. */
+
+/* ---- inscribed ---- */
+
+/* An upper bound of deep curved pairs by a ball in one core. B is no deeper in A than in A's ball: separation(A, B)
+ * <= separation(ball in A, B) = signed distance of the ball's centre from B - its radius, and the distance of a
+ * point has a formula. About one axis, or about one centre, many directions are equally deep, and a surface of
+ * support points has to be refined along all of them; the ball touches them all at once. */
+
+/* Is the centre of either core about on the other's axis? Else two directions are seldom equally deep. */
+bool inscribed_promises(const unit_pair *p);
+
+/* Narrows *s, of cores that overlap, from both sides where the ball of either is nearer to the truth. */
+void inscribed_depth(const unit_pair *p, const narrow_goal *goal, span *s);
+
+/* ---- coaxial ---- */
+
+/* Narrows the bounds of overlapping cores, if they are capsules, cylinders or cones on one axis to within rounding. */
+void coaxial_depth(const unit_pair *p, span *s);
+
+/* ==== features of rims ==== */
+
+/* The distance of a cylinder or a cone from a box, a capsule, a cylinder or a cone, by the features that
+ * they are nearest at: features.h for bodies with rims.
+ *
+ * A feature is a corner, an edge or a face of a box (of a capsule: an end, or its segment), a rim, a flat end, an apex
+ * or the side of a body of revolution. What a pair of features F stands for: the unit axis n along which they are
+ * farthest apart, and the points that face each other there.
+ *   - A face or a flat end: n is its normal; the other is a corner, an apex or the point of a rim.
+ *   - Otherwise Newton's method finds n: every feature is one disc or two (an edge two points, a side the rims at its
+ *     ends), points are discs without a radius; n is where all of them are equally near and the gap is greatest. The
+ *     gap's second derivative is at most -gap in every direction, so that a step is always defined.
+ *
+ * Newton's last bits depend on its start. So the last steps start from a place that depends on F and n alone: the
+ * centre of the cell of a grid of directions, of 2^-16, that n is in. F is *strict* in a cell when
+ *   1. the points lie inside of their edges, sides and faces by a margin;
+ *   2. n points out of all other faces of the box by a margin, away from the ends, sides and rims that are not of F,
+ *      and is not along the axis of a rim of F, by a margin;
+ *   3. the gap is above a margin, and its bounds are closed to rounding;
+ *   4. from the cell's centre the steps end at a place where what is left of the gradient bounds the next step by
+ *      2^-30, and which lies in the cell, 2^-26 away from its border.
+ *
+ * By 1 to 3 at most one F is strict, as in features.h; by 4 it is so in one cell only: places that are within
+ * 2^-30 of n* cannot lie 2^-26 inside of two cells. So it does not matter who proposes F and where Newton begins, a
+ * search from nothing or the pair's past: what passes has the one F, the one cell, and these bits.
+ *
+ * Whoever searches finds it: the angle between n* and the axis of a bracket is bounded by angle^2 <= 2 (hi - lo) / hi.
+ * When it is below half of the least margin of directions, 2^-14, one feature of each is left; of a search that ends
+ * wider all that are left are tried. Where no F is strict (parallel faces), the search from nothing answers.
+ *
+ * What the features of one body are stands in rim_features.c, Newton's method in rim_features.c, and in rim_features.c
+ * what proves the answer and who proposes F.
+ * */
+
+/* ---- rim parts ---- */
+
+/* What a feature of one body is, for the features below: a corner, an edge or a face of a box (of a capsule: an end, or
+ * its segment), a rim, a flat end, an apex or the side of a body of revolution. A feature is named by its sides,
+ * three small numbers: of a box (or a capsule, which is one without width) for each of its axes between, high or
+ * low; of a body of revolution that along its axis, whether it is the flat end, and 0. Lengths in a unit_pair's
+ * units. */
+
+#define RIM_SINE 0x1p-11 /* between n and the axis of a rim: the least */
+
+/* A feature in A's frame: one disc or two, or a face. */
+typedef struct rim_part {
+    int discs;
+    vec3 centre[2];
+    double radius[2];
+    vec3 x, y;    /* unit, orthogonal: the plane of the discs */
+    vec3 axis;    /* of the discs; of a face its outward normal */
+    bool has_rim; /* one of the radii is above 0 */
+    bool is_face;
+} rim_part;
+
+/* In the body's own frame. False: it has no such feature, or `side` names what is none. */
+bool rim_part_of(const shape *s, const uint16_t side[3], uint8_t count, rim_part *out);
+
+/* From its own frame, where z is the axis of the discs. */
+static inline void rim_part_place(const transform *t, rim_part *x)
+{
+    for (int i = 0; i < x->discs; i++) x->centre[i] = transform_point(t, x->centre[i]);
+    x->axis = x->axis.z < 0 ? vec_neg(t->r.z) : t->r.z;
+    x->x = t->r.x, x->y = t->r.y;
+}
+
+/* `out`: unit, outward, in the body's frame. Does it point out of the body as the feature wants, and away from all that
+ * is not of it, by a margin? */
+bool rim_part_holds(const shape *s, const uint16_t side[3], vec3 out);
+
+/* Can the direction that a strict feature has be within `off`, an angle, of this one? */
+bool rim_part_may_be(const shape *s, const uint16_t side[3], vec3 out, double off);
+
+/* Is a point of a face's plane inside of the face, by more than the margin? */
+bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double margin);
+
+/* The feature that a point of the surface is on, to within `near`, and that `out` leaves the body by. */
+void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3]);
+bool rim_part_make_round(const shape *s, uint16_t side[3]); /* of a flat end its rim; false: it is none */
+
+/* All features of a body, by number. */
+uint32_t rim_part_count(const shape *s);
+void rim_part_numbered(const shape *s, uint32_t i, uint16_t side[3]);
+
+/* ---- rim newton ---- */
+
+/* Two features of curved.h along the direction in which they are farthest apart. A's frame, a unit_pair's
+ * units. */
+
+/* n: unit, from A towards B. */
+typedef struct rim_stand { /* both parts along n, and the next step */
+    vec3 n, point_a, point_b;
+    double lo, share_a, share_b; /* of the second discs */
+    double uneven;               /* the difference of what should be equally high */
+    vec3 step;                   /* orthogonal to n */
+} rim_stand;
+
+/* Where Newton's method ends from s->n, to the last bits by the cell and the features alone (curved.h). `size`:
+ * the pair's. False: not found. */
+bool rim_stand_between(const rim_part *a, const rim_part *b, double size, rim_stand *s);
+
+/* `other` along the normal of `face`; `sign`: 1 when the face is A's. False: `other` is no corner, apex or rim. Fills
+ * n, the points and lo. */
+bool rim_stand_on_face(const rim_part *face, const rim_part *other, double sign, rim_stand *s);
+
+/* ---- rim features ---- */
+
+/* Of the size: who asks for less is served quicker by a search that stops. */
+#define RIM_CLOSE_TOLERANCE 0x1p-9
+
+/* B has a rim, A is no hull; and a gap is asked for, closely. */
+static inline bool rim_features_apply(const unit_pair *p, const narrow_goal *goal)
+{
+    bool kinds = shape_has_rim(&p->b) && p->a.type >= SHAPE_CAPSULE && p->a.type <= SHAPE_CONE;
+    return kinds && goal->near == -INFINITY && goal->tolerance <= RIM_CLOSE_TOLERANCE * p->size;
+}
+
+/* The answer from what the pair remembers, of which nothing is believed: the features, and an axis to begin from. */
+bool rim_features_recall(
+    const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, vec3 axis, span *out);
+
+/* While a search is on: *s is its bracket; it becomes the answer of the features that its points are on, if these are
+ * strict. */
+bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s);
+
+/* For the end of a search (descent_settle_rims): the answer of the features that the bracket's points are on. Of a
+ * rough bracket, whose points on a rim are between others, an end may be taken to be flat that is not. */
+bool rim_features_find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out);
+
+/* The greatest angle between the bracket's axis and n*: its square is at most 2 (hi - lo) / hi. */
+double rim_features_angle(const span *s);
+
+/* The answer of any features that the bracket leaves. Below half of the least margin of directions that is one feature
+ * of each at most. */
+bool rim_features_find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out);
+
+#endif

@@ -1,0 +1,117 @@
+/* mesh_pair: pairs with a mesh: how near the surfaces are, how deep they overlap, where they touch. Pure; any thread.
+ */
+#ifndef COLLIDED_NARROW_TREE_MESH_PAIR_H
+#define COLLIDED_NARROW_TREE_MESH_PAIR_H
+
+#include "mesh_walk.h"
+#include "narrow/convex/epa.h"
+#include "union_depth.h"
+
+/* ==== surfaces ==== */
+
+/* The distance of two surfaces, one or both a mesh, and whether one lies inside of the other. */
+
+/* ---- mesh part ---- */
+
+/* The distance of the two parts that a walk visits. */
+
+/* As gjk_distance, from what belongs to the parts alone (w->lead, w->from, w->edges): so the answer about two parts
+ * does not depend on which others were looked at before. */
+void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *out);
+
+/* ---- mesh held ---- */
+
+/* Which component of one mesh is inside of another, a solid. */
+
+#define MESH_NOT_HELD UINT32_MAX
+#define MESH_HELD_UNKNOWN (UINT32_MAX - 1) /* the effort of the query ended */
+
+/* No surface is within rounding of the other. The first component of B (`of_a`: of A) in the order of its mesh that is
+ * inside of the other, whatever the walk is aimed at and within; it is moved to where it is, and forgets its axis.
+ * Or one of the two above. */
+uint32_t mesh_held_component(mesh_walk *w, bool of_a);
+
+/* A point of a component, in A's frame and units of the pair. */
+vec3 mesh_component_point(const mesh_walk *w, bool of_a, uint32_t component);
+
+/* How far a component reaches along a direction of A's frame, from its one end to the other: no less than it does. */
+double mesh_component_width(const mesh_walk *w, bool of_a, uint32_t component, vec3 direction);
+
+/* ---- mesh gap ---- */
+
+typedef enum mesh_relation {
+    MESH_APART,    /* the cores have no point in common */
+    MESH_CROSSING, /* a surface passes through the other core, or is so near that rounding decides, or nearer than
+                      narrow_goal.near: then lo is -INFINITY */
+    MESH_HOLDS_A, /* A's core, or a component of a mesh A, is inside of B, which is a solid; no surface meets another */
+    MESH_HOLDS_B  /* the other way round */
+} mesh_relation;
+
+typedef struct mesh_gap {
+    span nearest; /* of the surfaces: lo <= distance <= hi, the axis from A to B, the nearest points. Where one of
+                     several components is held: of a point of it, and the surface about it */
+    uint32_t triangle_a, triangle_b; /* the nearest of the surfaces */
+    mesh_relation relation;
+    uint32_t component; /* of a mesh, that is held: the first in its order */
+    bool cut;           /* the effort of the query ended before it was certain which pair of parts is the nearest */
+} mesh_gap;
+
+/* The parts that were the nearest at another time; any would do. */
+typedef struct mesh_seed {
+    uint32_t triangle_a, triangle_b;
+} mesh_seed;
+
+/* Where the walk stands. Every triangle counts: what was not looked at was proven to be no nearer. A seed (or NULL)
+ * changes the time, and not a bit of the answer. */
+void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out);
+
+/* ==== depths ==== */
+
+/* How deep a mesh overlaps, bracketed.
+ *
+ * A convex mesh is its hull. Of other solids that convex pieces fill (geom/mesh_pieces.c), and of most machine parts
+ * that is all of them, the least translation out of the union of the pieces' differences is searched (union_depth.h);
+ * that it separates is proven by all triangles. What is said below is for what has no pieces, or in part. All searches
+ * end after a counted work, so that an answer depends on the poses alone; where that is before the goal, the bracket is
+ * wide and says so.
+ *
+ * At least so deep: each part of either shape overlaps the other by no more than the whole does, so the deepest pair of
+ * parts is a lower bound of the depth; inside of a solid, so is the way to its surface, and a ball that fits in beside
+ * it. At most so deep: a translation after which the surfaces are proven to be apart, found along the direction of the
+ * deepest pair; or that which separates the convex hulls. The two meet where the contact is with one side, and may be
+ * far apart in a crevice. */
+
+/* `whole`: the pair with its meshes; `gap`: what mesh_gap_find said of it; `goal->brief`: the first bracket is enough:
+ * the pieces for as long as a walk over the triangles takes, else the first triangles that cross, and the hulls. Fills
+ * *out as if the depth were one of cores (narrow.c takes the radii off both bounds). */
+void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    epa_scratch *scratch, union_scratch *pieces, span *out);
+
+/* Where a verdict is all that was asked: out->lo from the convex hulls along out->axis. */
+void mesh_depth_rough(const unit_pair *whole, span *out);
+
+/* The pair of the convex hulls. */
+unit_pair mesh_depth_hulls(const unit_pair *whole);
+
+/* ==== whole answers ==== */
+
+/* What narrow.c asks of pairs with a mesh. */
+
+/* Is one a mesh, and the other no half-space? A half-space meets a mesh as it meets its convex hull. */
+static inline bool mesh_pair_applies(const shape *a, const shape *b)
+{
+    return b->type == SHAPE_MESH && a->type != SHAPE_HALFSPACE;
+}
+
+/* The allowance for rounding and for hulls that fits pairs with a mesh. Before the goal is made of it. */
+void mesh_pair_prepare(unit_pair *p, const shape *a);
+
+/* `cache` (or NULL): its triangles are where the search begins, and come to be the nearest ones. */
+void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
+    epa_scratch *scratch, union_scratch *pieces, span *out);
+
+/* As manifold_build, over all triangles. */
+void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
+    const narrow_result *answer, double threshold, manifold *out);
+
+#endif

@@ -1,0 +1,47 @@
+/* ladder: what is asked of a pair, and how it is answered: by bounds that stand (bounds.c), or by the narrow phase in
+ * rungs; and at what price (work.c). */
+#ifndef COLLIDED_WORLD_LADDER_H
+#define COLLIDED_WORLD_LADDER_H
+
+#include "state.h"
+
+/* ladder.c */
+typedef struct demand { /* what all interests in a pair ask together */
+    narrow_request request;
+    double limit;      /* m: beyond it nobody is told anything */
+    bool coarse;       /* bounds will do for all */
+    bool touch;        /* somebody asks whether they touch ... */
+    bool hysteresis;   /* ... and somebody of these with hysteresis */
+    bool verdict_only; /* a verdict will, of one threshold */
+} demand;
+/* Of a pair of which somebody was told something, hysteresis is part of what is asked. */
+demand ladder_demand(const world *w, const pair *p);
+/* Rungs 4 and on, from nothing: the number of narrow queries. */
+uint32_t ladder_ask(
+    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
+/* Widens an answer by the rounding of the relative pose; one that is no longer within the tolerance says so. */
+void ladder_allow_for_pose(
+    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r);
+void ladder_decide(world *w);
+double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
+
+/* bounds.c */
+bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
+void bounds_travel(const world *w, body *b);      /* a body has moved, or its shapes are others */
+/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
+ */
+void bounds_find(
+    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
+void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls and boxes */
+
+/* work.c */
+enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
+uint32_t work_of_bounds(const solid *a, const solid *b);
+void work_price(solid *s);                                                    /* fills apart, overlapping */
+uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
+/* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
+size_t work_order(world *w);
+void work_learn(world *w, size_t todo, size_t refined, uint64_t done); /* what came of it */
+void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
+
+#endif
