@@ -10,7 +10,7 @@
 
 static bool is_removal(const wire_message *m)
 {
-    return (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_INTEREST && m->interest.removed) ||
+    return (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_SUBSCRIPTION && m->subscription.removed) ||
            (m->kind == WIRE_CLIENT && m->client.removed) || (m->kind == WIRE_GEOMETRY && m->geometry.removed);
 }
 
@@ -175,8 +175,8 @@ static void settle_removal(collided *c, announcement *a)
     if (kind == WIRE_BODY) {
         table_drop(&c->bodies, ((body_record *)a)->id);
         body_free(c, (body_record *)a);
-    } else if (kind == WIRE_INTEREST) {
-        ((interest_record *)a)->forgotten = true;
+    } else if (kind == WIRE_SUBSCRIPTION) {
+        ((subscription_record *)a)->forgotten = true;
     }
 }
 
@@ -239,9 +239,9 @@ static bool may_renew(const announcement *a)
     return session_monotonic_ns() - a->renewed_ns >= NS_PER_S;
 }
 
-/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of, and an
- * interest its stream, or both their place among as many as may be; and that it had may be told after it was told to be
- * gone. */
+/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of, and a
+ * subscription its stream, or both their place among as many as may be; and that it had may be told after it was told
+ * to be gone. */
 static bool may_be_left_name(const collided *c)
 {
     return c->names_leaving || (c->name_left_ns && session_monotonic_ns() - c->name_left_ns < NS_PER_S);
@@ -266,7 +266,7 @@ static bool is_of_before(const collided *c, const wire_reject *why)
 {
     if (why->kind == WIRE_POSE_BATCH)
         return why->reason == WIRE_UNKNOWN_BODY && why->object >= 0 && !table_get(&c->bodies, why->object);
-    bool announces = why->kind == WIRE_BODY || why->kind == WIRE_INTEREST || why->kind == WIRE_GEOMETRY;
+    bool announces = why->kind == WIRE_BODY || why->kind == WIRE_SUBSCRIPTION || why->kind == WIRE_GEOMETRY;
     return announces && comes_of_order(c, (wire_reason)why->reason);
 }
 

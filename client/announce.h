@@ -1,4 +1,4 @@
-/* announce: the record of everything that this client has announced (itself, geometries, bodies, interests), in the
+/* announce: the record of everything that this client has announced (itself, geometries, bodies, subscriptions), in the
  * order of its creation, until the daemon has acknowledged its removal. All functions: with the client's mutex held. */
 #ifndef COLLIDED_CLIENT_ANNOUNCE_H
 #define COLLIDED_CLIENT_ANNOUNCE_H
@@ -15,8 +15,8 @@ enum {
 
 /* Announces `message` (ownership passes) as the newest word on the record, and sends it. */
 void announce(collided *c, announcement *a, wire_message *message);
-/* Said before it: a body's name, or an interest's stream, goes with this message. Until that is settled, and a second
- * longer, the answer that a name is taken, or a limit reached, is a matter of order. */
+/* Said before it: a body's name, or a subscription's stream, goes with this message. Until that is settled, and a
+ * second longer, the answer that a name is taken, or a limit reached, is a matter of order. */
 void announce_leaves_name(collided *c, announcement *a);
 void announce_again(collided *c, announcement *a); /* with a new sequence, at once */
 void announce_all_again(collided *c);              /* by the library's thread, with new sequences */

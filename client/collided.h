@@ -37,15 +37,15 @@ extern "C" {
 /* A client: its connection, and what it has created. Made by collided_connect, freed by collided_close. */
 typedef struct collided collided;
 
-/* The id of no body, no interest and no object. */
+/* The id of no body, no subscription and no object. */
 enum { COLLIDED_NONE = -1 };
 
 typedef struct collided_body {
     int32_t id;
 } collided_body; /* a body of this client; ids are not used again */
-typedef struct collided_interest {
+typedef struct collided_subscription {
     int32_t id;
-} collided_interest; /* a subscription of this client */
+} collided_subscription; /* a subscription of this client */
 typedef struct collided_geometry {
     int64_t hash;
 } collided_geometry; /* a hull's points or a mesh's triangles, by the hash of their content; 0 = none */
@@ -129,7 +129,7 @@ collided_status collided_sync(collided *c, double timeout_s);
 /* What the daemon refused, and why. Valid during the callback. */
 typedef struct collided_rejection {
     const char *message; /* "Body", ... */
-    int32_t object;      /* body or interest, COLLIDED_NONE */
+    int32_t object;      /* body or subscription, COLLIDED_NONE */
     const char *reason;  /* "name_taken", ...; "unheard" refuses nothing: what is published does not come to the daemon,
                             since packets are lost or forged. The newest poses are sent again, by new writers */
     const char *text;
@@ -243,8 +243,8 @@ typedef struct collided_rule { /* ordered; the first that matches the other body
     bool allow;                /* true: touching is allowed, the pair is not looked at */
     const char *reason;        /* told by collided_query_explain */
     /* For the pairs that it checks; where the rules of both bodies say something, the larger number counts. */
-    double padding_m; /* added to each interest's threshold: they touch from here on (negative: only so deep) */
-    double margin_m;  /* >= 0, added to each interest's range: their distances are told from farther away */
+    double padding_m; /* added to each subscription's threshold: they touch from here on (negative: only so deep) */
+    double margin_m;  /* >= 0, added to each subscription's range: their distances are told from farther away */
 } collided_rule;
 
 /* A body; begin with collided_body_def_default. Shapes, rules and names are copied. */
@@ -256,9 +256,9 @@ typedef struct collided_body_def {
     collided_motion motion;
     uint64_t category, mask;  /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
     bool one_way;             /* a hit box: its mask alone decides, whatever those of the bodies that it meets say; in
-                                 events it is A, where the interest leaves the choice. Of two such, either one's mask */
+                                 events it is A, where the subscription leaves the choice. Of two such, either one's mask */
     collided_ccd ccd;         /* default COLLIDED_CCD_OFF */
-    double acceleration_m_s2; /* >= 0: what is foretold of it holds for all motions that accelerate by at most so
+    double acceleration_m_s2; /* >= 0: what is predicted of it holds for all motions that accelerate by at most so
                                  much, ... */
     double angular_acceleration_rad_s2; /* ... and so much; default 0: it moves on as it does */
     double deadline_s; /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
@@ -286,7 +286,7 @@ collided_body collided_adopt_body(collided *c, int32_t id);
 
 /* Publishes the poses of many bodies. Plain arrays for `count` bodies: positions 3 each, orientations 4 each; linear
  * (m/s, at most 1e9) and angular (rad/s, world axes, at most 1e5) 3 each or NULL: what the bodies do from here on, for
- * what is foretold, and how many whole turns they made on their way. stamp_ns: when they were true (0 = now), on one
+ * what is predicted, and how many whole turns they made on their way. stamp_ns: when they were true (0 = now), on one
  * clock for all poses of a body, be it a simulator's; one that is older than the last pose of a body is refused
  * ("old_pose", told to the callback of collided_on_rejected, and of a step counted in collided_batch.refused); step: of
  * a simulator, or 0. Sent by the next flush or poll. Several poses of a body that fall into one tick make one way,
@@ -335,15 +335,15 @@ collided_status collided_teleport(collided *c, size_t count, const collided_body
 /* Publishes the pose of one body, in the world, true now; sent by the next flush or poll. */
 collided_status collided_move(collided *c, collided_body body, collided_pose pose);
 
-/* ---- interests and events ---- */
+/* ---- subscriptions and events ---- */
 
-/* What is asked about a pair; bits of collided_interest_def.facts. */
+/* What is asked about a pair; bits of collided_subscription_def.facts. */
 typedef enum collided_fact {
     COLLIDED_TOUCH = 1,
     COLLIDED_DISTANCE = 2,
     COLLIDED_MANIFOLD = 4,
-    COLLIDED_IMPACT = 8,   /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
-    COLLIDED_FORETELL = 16 /* what will meet within horizon_s, from velocities: published ones, or else those between
+    COLLIDED_IMPACT = 8,  /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
+    COLLIDED_PREDICT = 16 /* what will meet within horizon_s, from velocities: published ones, or else those between
                               the last two stamped poses; whatever the bodies' collided_ccd */
 } collided_fact;
 
@@ -358,9 +358,9 @@ typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may
     COLLIDED_FAR,
     COLLIDED_UNKNOWN,
     COLLIDED_KNOWN,
-    COLLIDED_EVENT_IMPACT,   /* they met on their way; one event, without an end */
-    COLLIDED_EVENT_FORETOLD, /* they will meet; told again as long as they will */
-    COLLIDED_EVENT_AVERTED   /* no more */
+    COLLIDED_EVENT_IMPACT,    /* they met on their way; one event, without an end */
+    COLLIDED_EVENT_PREDICTED, /* they will meet; told again as long as they will */
+    COLLIDED_EVENT_AVERTED    /* no more */
 } collided_event_kind;
 
 /* When two bodies meet. Proven in seconds after `start_ns`: they are apart before `lo_s`, and touch at `hi_s`. hi_s is
@@ -369,9 +369,9 @@ typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may
  * which it may take about 100 ms a pair, and of what comes after nothing is known. */
 typedef struct collided_impact {
     double lo_s, hi_s;
-    int64_t start_ns; /* impact: stamp of the pose that the way began with; foretold: of the newest pose of the two */
+    int64_t start_ns; /* impact: stamp of the pose that the way began with; predicted: of the newest pose of the two */
     collided_pose pose_a, pose_b; /* of the bodies, at lo_s, world */
-    bool estimated;               /* foretold: a velocity was estimated from two poses */
+    bool estimated;               /* predicted: a velocity was estimated from two poses */
 } collided_impact;
 
 /* How far a pair is looked into for its touch, distance and manifold
@@ -405,7 +405,7 @@ typedef struct collided_contact_point {
 /* What happened to a pair, with its proof. */
 typedef struct collided_event {
     collided_event_kind kind;
-    const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
+    const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "subscription", "shutdown", "stale",
                           "snapshot", "teleport"; of a later daemon also "unknown" */
     int64_t contact;   /* stable id from begin to end */
     const char *name_a, *name_b; /* name_b of an impact "*": it may have met anything, see client/README.md */
@@ -421,14 +421,14 @@ typedef struct collided_event {
     collided_achieved achieved;
     const collided_contact_point *points;
     size_t point_count;
-    const collided_impact *impact; /* of impacts and what is foretold: lo, hi, axis and points are those at
+    const collided_impact *impact; /* of impacts and what is predicted: lo, hi, axis and points are those at
                                       impact->lo_s; otherwise NULL */
 } collided_event;
 
 typedef struct collided_batch { /* all events of one tick on one stream; or a heartbeat, of a stream that has been
                                    silent */
-    collided_interest interest; /* whose stream it is; what another client's interest publishes under the same stream
-                                   name is not delivered */
+    collided_subscription subscription; /* whose stream it is; what another client's subscription publishes under the
+                                   same stream name is not delivered */
     const char *stream;
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
     int64_t simulation_ns; /* what time it is in the simulation, as the newest step's poses said it: this client's, if
@@ -438,8 +438,8 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
     int32_t refused;       /* poses that this client published for that step and the daemon refused: they are not in it,
                               ... */
     const char *refusal;   /* ... and why the first of them was: "old_pose", "unknown_body", ...; "" = none was */
-    int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks, and
-                       all those (of any interest) that max_pairs leaves out: of these nothing is told at all */
+    int64_t undone; /* pairs of this subscription that the budget of the tick left with a wider interval than it asks,
+                       and all those (of any subscription) that max_pairs leaves out: of these nothing is told at all */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
                        when a stream has been silent for the daemon's `heartbeat`, 1 s */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was told rests on; 0 = none is
@@ -462,8 +462,8 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
  * him; the daemon's health is degraded, and names him, as long as he starves. */
 typedef void collided_events(void *context, const collided_batch *batch);
 
-/* What is to be told; begin with collided_interest_def_default. Names and patterns are copied. */
-typedef struct collided_interest_def {
+/* What is to be told; begin with collided_subscription_def_default. Names and patterns are copied. */
+typedef struct collided_subscription_def {
     unsigned facts;       /* of collided_fact; default COLLIDED_TOUCH */
     const char *select_a; /* pairs of a body that matches this and another that matches that; default "*", "*" */
     const char *select_b;
@@ -478,22 +478,22 @@ typedef struct collided_interest_def {
                                    first bracket is sent, COLLIDED_WIDE where it is wider */
     double hysteresis_m; /* >= 0, default 0: a contact ends, and near turns far, only so much beyond threshold_m and
                             range_m, so that what trembles there begins once and ends once */
-    double horizon_s; /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on, to which an older one is
-                         carried on; until so long after the older one; > 0, at most a day */
-    double rate_hz;   /* updates at most so often; 0 = each tick */
+    double horizon_s;    /* COLLIDED_PREDICT: how far ahead, from the newest pose of a pair on, to which an older one is
+                            carried on; until so long after the older one; > 0, at most a day */
+    double rate_hz;      /* updates at most so often; 0 = each tick */
     collided_events *callback;
     void *context;
-} collided_interest_def;
-/* The defaults that the members of collided_interest_def name; no callback. Any thread. */
-collided_interest_def collided_interest_def_default(void);
+} collided_subscription_def;
+/* The defaults that the members of collided_subscription_def name; no callback. Any thread. */
+collided_subscription_def collided_subscription_def_default(void);
 
-/* Asks to be told. The first batch is a snapshot of the current state: contacts and what is near or foretold by then
+/* Asks to be told. The first batch is a snapshot of the current state: contacts and what is near or predicted by then
  * are in it. Does not wait, and what happens before that batch and leaves no state is not told: impacts, and what began
  * and ended. Who must not miss any of it, the impacts of the first step, say, calls collided_sync before. COLLIDED_NONE
  * if the definition is wrong. */
-collided_interest collided_subscribe(collided *c, const collided_interest_def *def);
+collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def);
 /* Ends a subscription: its callback is not called again. */
-collided_status collided_unsubscribe(collided *c, collided_interest interest);
+collided_status collided_unsubscribe(collided *c, collided_subscription subscription);
 
 /* ---- queries: they wait for the answer, and run callbacks meanwhile ---- */
 

@@ -26,7 +26,7 @@ static const transport_ops *transport_of(const char *uri, const char **address)
     return NULL;
 }
 
-static void tell_schemes(const char *uri)
+static void report_schemes(const char *uri)
 {
     size_t at = (size_t)snprintf(connect_error, sizeof connect_error, "'%.200s' begins with none of", uri);
     for (size_t i = 0; i < TRANSPORTS; i++)
@@ -57,7 +57,7 @@ collided *collided_connect(const char *uri, const collided_def *def)
     if (!def) def = &defaults;
     if (!uri) uri = "";
     const transport_ops *ops = transport_of(uri, &address);
-    if (!ops) tell_schemes(uri);
+    if (!ops) report_schemes(uri);
     if (!ops || !is_def(def)) return NULL;
     char why[SESSION_ERROR_MAX] = "";
     collided *c = session_open(ops, address, def, why, sizeof why);
@@ -107,15 +107,15 @@ collided_status collided_poll(collided *c, double timeout_s)
 
 /* Its first batch has come: the daemon knows that we listen, and whatever it tells from here on comes, or is told to be
  * lost. What is published before may be told to nobody. */
-static bool has_begun(const collided *c, const interest_record *i)
+static bool has_begun(const collided *c, const subscription_record *i)
 {
     if (i->removed || i->announced.state == ANNOUNCE_REFUSED) return true;
-    return i->told_epoch && wire_same_line(i->told_epoch, c->epoch);
+    return i->reported_epoch && wire_same_line(i->reported_epoch, c->epoch);
 }
 
 static const char *silent_stream(const collided *c)
 {
-    for (const interest_record *i = c->interests; i; i = i->next)
+    for (const subscription_record *i = c->subscriptions; i; i = i->next)
         if (!has_begun(c, i)) return i->stream;
     return NULL;
 }

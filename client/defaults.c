@@ -40,9 +40,9 @@ collided_body_def collided_body_def_default(void)
         .pose = collided_pose_identity()};
 }
 
-collided_interest_def collided_interest_def_default(void)
+collided_subscription_def collided_subscription_def_default(void)
 {
-    return (collided_interest_def){
+    return (collided_subscription_def){
         .facts = COLLIDED_TOUCH, .select_a = "*", .select_b = "*", .relative_tolerance = 1e-6};
 }
 

@@ -47,7 +47,7 @@ static void take_reject(collided *c, const wire_message *m)
     const wire_reject *why = &m->reject;
     if (why->client != c->id || !session_hear(c, why->epoch)) return;
     if (why->reason == WIRE_UNHEARD) {
-        unheard_told(c, why);
+        unheard_reported(c, why);
         return;
     }
     if (why->kind != WIRE_QUERY) {
@@ -106,10 +106,10 @@ static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_M
 static int64_t seek(collided *c, int64_t now_ns)
 {
     if (!c->link->ops->seek) return INT64_MAX;
-    if (c->heard_ns && now_ns - c->heard_ns < QUIET_NS) {
+    if (c->last_seen_ns && now_ns - c->last_seen_ns < QUIET_NS) {
         c->seek_ns = 0;
         c->seek_wait_ns = SEEK_FIRST_NS;
-        return c->heard_ns + QUIET_NS;
+        return c->last_seen_ns + QUIET_NS;
     }
     if (c->seek_ns && now_ns < c->seek_ns) return c->seek_ns;
     if (c->seek_ns) c->link->ops->seek(c->link);

@@ -113,8 +113,8 @@ void message_set_sequence(wire_message *m, int64_t sequence)
     case WIRE_BODY:
         m->body.sequence = sequence;
         break;
-    case WIRE_INTEREST:
-        m->interest.sequence = sequence;
+    case WIRE_SUBSCRIPTION:
+        m->subscription.sequence = sequence;
         break;
     case WIRE_POSE_BATCH:
         m->pose_batch.sequence = sequence;

@@ -238,49 +238,49 @@ collided_status collided_set_simulation_time(collided *c, int64_t simulation_ns)
 /* ---- lock-step ---- */
 
 /* With the lock held: its stream tells of each step. None that the daemon refused does. */
-static bool tells_of_steps(const interest_record *i)
+static bool reports_of_steps(const subscription_record *i)
 {
     return !i->removed && i->each_tick && i->announced.state != ANNOUNCE_REFUSED;
 }
 
-static bool step_is_told(const collided *c)
+static bool step_is_reported(const collided *c)
 {
-    size_t tell = 0, told = 0;
-    for (const interest_record *i = c->interests; i; i = i->next) {
-        tell += tells_of_steps(i);
-        told += tells_of_steps(i) && i->step >= c->awaited_step;
+    size_t report = 0, reported = 0;
+    for (const subscription_record *i = c->subscriptions; i; i = i->next) {
+        report += reports_of_steps(i);
+        reported += reports_of_steps(i) && i->step >= c->awaited_step;
     }
-    return tell && told == tell;
+    return report && reported == report;
 }
 
 /* Nobody to tell of it any more: there is nothing to wait for. */
 static bool step_is_over(const collided *c)
 {
     bool awaited = false;
-    for (const interest_record *i = c->interests; i; i = i->next)
-        awaited = awaited || (tells_of_steps(i) && i->step < c->awaited_step);
+    for (const subscription_record *i = c->subscriptions; i; i = i->next)
+        awaited = awaited || (reports_of_steps(i) && i->step < c->awaited_step);
     return !awaited || c->step_refused;
 }
 
 /* COLLIDED_OK if a subscription can tell when a step is done. */
 static collided_status check_hearing(collided *c)
 {
-    size_t tell = 0, refused = 0;
+    size_t report = 0, refused = 0;
     pthread_mutex_lock(&c->lock);
-    for (const interest_record *i = c->interests; i; i = i->next) {
-        tell += tells_of_steps(i);
+    for (const subscription_record *i = c->subscriptions; i; i = i->next) {
+        report += reports_of_steps(i);
         refused += !i->removed && i->each_tick && i->announced.state == ANNOUNCE_REFUSED;
     }
     pthread_mutex_unlock(&c->lock);
-    if (tell) return COLLIDED_OK;
+    if (report) return COLLIDED_OK;
     if (refused) return session_fail(c, COLLIDED_REJECTED, "the daemon refused what could tell when a step is done");
     return session_fail(c, COLLIDED_BAD_ARGUMENT, "no subscription of rate_hz 0 could tell when a step is done");
 }
 
-void step_answered(collided *c, interest_record *interest, const wire_event_batch *b)
+void step_answered(collided *c, subscription_record *subscription, const wire_event_batch *b)
 {
     if (b->missing < 0) return; /* it was done without us */
-    interest->step = b->step;
+    subscription->step = b->step;
     if (b->step != c->awaited_step || !b->refused) return;
     c->step_lacks = b->refused;
     c->step_lacks_why = b->refusal;
@@ -295,7 +295,7 @@ static bool is_ended(const collided *c, int64_t step)
 /* With the lock held. */
 static void begin_end_of_step(collided *c, int64_t step)
 {
-    for (interest_record *i = c->interests; i; i = i->next) i->step = 0;
+    for (subscription_record *i = c->subscriptions; i; i = i->next) i->step = 0;
     c->awaited_step = step;
     c->step_resumed = false;
     c->step_lacks = 0;
@@ -328,7 +328,7 @@ static collided_status outcome_of_step(collided *c, double timeout_s)
 {
     long long step = (long long)c->awaited_step;
     if (c->step_refused) return session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal);
-    if (timeout_s > 0 ? !step_is_over(c) : !step_is_told(c))
+    if (timeout_s > 0 ? !step_is_over(c) : !step_is_reported(c))
         return session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", step, timeout_s);
     if (!c->step_lacks) return COLLIDED_OK;
     return session_fail(c, COLLIDED_REJECTED, "step %lld is done, but %d of this client's poses were refused: %s", step,
@@ -344,7 +344,7 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s)
     if (status) return status;
     pthread_mutex_lock(&c->lock);
     if (!is_ended(c, step)) begin_end_of_step(c, step);
-    int failed = step_is_told(c) ? 0 : send_end_of_step(c);
+    int failed = step_is_reported(c) ? 0 : send_end_of_step(c);
     pthread_mutex_unlock(&c->lock);
     if (failed) return session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the end of the step");
     if (!c->in_callback) (void)session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_over);

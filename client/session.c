@@ -76,7 +76,7 @@ int session_send(collided *c, const wire_message *m)
 bool session_unheard(collided *c)
 {
     pthread_mutex_lock(&c->lock);
-    bool silent = session_monotonic_ns() - c->heard_ns >= SESSION_SILENCE_NS;
+    bool silent = session_monotonic_ns() - c->last_seen_ns >= SESSION_SILENCE_NS;
     pthread_mutex_unlock(&c->lock);
     return silent;
 }

@@ -42,7 +42,7 @@ typedef struct geometry_record {
 } geometry_record;
 
 /* The keeper announces and repeats; the rest belongs to the caller's thread. */
-typedef struct interest_record {
+typedef struct subscription_record {
     announcement announced;
     int32_t id;
     bool removed;   /* by the caller: no more callbacks */
@@ -66,20 +66,21 @@ typedef struct interest_record {
     int64_t lacks_ns;                      /* waiting or gathering: since then */
     bool unsure;                           /* a standby has taken over, and has not told where it goes on ... */
     int64_t unsure_epoch;                  /* ... from what we were told under this one */
-    int64_t told_more; /* the last batch of that, which the standby did not know: none of its own is believed before a
-                          snapshot; 0: it knew all */
+    int64_t reported_more; /* the last batch of that, which the standby did not know: none of its own is believed before
+                          a snapshot; 0: it knew all */
     bool each_tick;
-    int64_t step;       /* of the last batch since a step was ended; 0 = none */
-    int64_t told_epoch; /* of the last batch that was delivered; 0 = none was */
+    int64_t step;           /* of the last batch since a step was ended; 0 = none */
+    int64_t reported_epoch; /* of the last batch that was delivered; 0 = none was */
     int64_t lost;
     int64_t resync_ns; /* waiting: when the snapshot is asked for again */
     int64_t resync_wait_ns;
-    unsigned silences;             /* so often in a row the silence was looked into, and nothing came */
-    int64_t heard_ns, patience_ns; /* not waiting: the last batch or heartbeat; after how long a silence it is asked */
-    wire_message **parts;          /* copies, of the batch that is being put together */
+    unsigned silences; /* so often in a row the silence was looked into, and nothing came */
+    int64_t last_seen_ns,
+        patience_ns;      /* not waiting: the last batch or heartbeat; after how long a silence it is asked */
+    wire_message **parts; /* copies, of the batch that is being put together */
     size_t part_count, part_capacity;
-    struct interest_record *next;
-} interest_record;
+    struct subscription_record *next;
+} subscription_record;
 
 typedef struct session_counters { /* under lock; shown beside the daemon's own in collided_get_status */
     int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, unknown_events, stalls,
@@ -109,7 +110,7 @@ struct collided {
     announcement client;
     announcement *first, *last; /* the record */
     size_t pending;
-    size_t names_leaving; /* bodies and interests of which it is not acknowledged yet that they leave their names */
+    size_t names_leaving; /* bodies and subscriptions of which it is not acknowledged yet that they leave their names */
     int64_t name_left_ns; /* when it was last; 0 = never */
     table by_sequence;    /* to announcement */
     table bodies;         /* id to body_record */
@@ -119,20 +120,20 @@ struct collided {
     body_record **published;   /* of the poses that are being published */
     size_t published_capacity;
     geometry_record *geometries;
-    int64_t wall_ahead_ns;   /* of the monotonic clock, when poses were published last; 0 = none were */
-    int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
-    int64_t over;            /* the epoch that was told last to end: nobody who comes to it follows it any more */
-    int64_t seek_ns;         /* when a daemon is sought next, while none is heard; 0 = one was */
-    int64_t seek_wait_ns;    /* before that */
-    int64_t heartbeat_ns;    /* when the next one is due */
-    int64_t heartbeat;       /* sequence of the last one */
-    int64_t heard_us_ns;     /* when one, or our announcement, was acknowledged last; 0 = never */
-    int64_t all_again_ns;    /* when everything was last announced again */
-    bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
-    int64_t newest_poses;    /* sequence of the newest PoseBatch; 0 = none */
-    int64_t word_ns;         /* when that is said next */
-    int64_t unheard_ns;      /* when the daemon last told that it does not hear us; 0 = never */
-    int64_t renew_ns;        /* not before, new writers */
+    int64_t wall_ahead_ns;       /* of the monotonic clock, when poses were published last; 0 = none were */
+    int64_t epoch, last_seen_ns; /* the daemon's; 0 = never heard */
+    int64_t over;                /* the epoch that was told last to end: nobody who comes to it follows it any more */
+    int64_t seek_ns;             /* when a daemon is sought next, while none is heard; 0 = one was */
+    int64_t seek_wait_ns;        /* before that */
+    int64_t heartbeat_ns;        /* when the next one is due */
+    int64_t heartbeat;           /* sequence of the last one */
+    int64_t heard_us_ns;         /* when one, or our announcement, was acknowledged last; 0 = never */
+    int64_t all_again_ns;        /* when everything was last announced again */
+    bool all_again_wanted;       /* the daemon has lost us: when a second has passed since */
+    int64_t newest_poses;        /* sequence of the newest PoseBatch; 0 = none */
+    int64_t word_ns;             /* when that is said next */
+    int64_t unheard_ns;          /* when the daemon last told that it does not hear us; 0 = never */
+    int64_t renew_ns;            /* not before, new writers */
     int64_t renew_wait_s;
     bool poses_again; /* as soon as the transport is ready */
     wire_message *status;
@@ -149,8 +150,8 @@ struct collided {
     session_counters counters;
 
     /* the caller's thread */
-    interest_record *interests;
-    int32_t next_body, next_interest;
+    subscription_record *subscriptions;
+    int32_t next_body, next_subscription;
     bool in_callback;
     size_t delivered;       /* callbacks run */
     int64_t awaited_step;   /* the one that was ended last; 0 = none was */
@@ -203,17 +204,17 @@ void poses_send_again(collided *c); /* the newest of each body that the daemon k
 
 /* unheard.c: the keeper, with the lock held. */
 int64_t unheard_tend(collided *c, int64_t now_ns); /* when it is due again */
-void unheard_told(collided *c, const wire_reject *why);
+void unheard_reported(collided *c, const wire_reject *why);
 
 /* poses.c: a batch that tells of a step is about to be delivered; the caller's thread. */
-void step_answered(collided *c, interest_record *interest, const wire_event_batch *b);
+void step_answered(collided *c, subscription_record *subscription, const wire_event_batch *b);
 
-/* interests.c and stream.c: the caller's thread, without the lock. */
+/* subscriptions.c and stream.c: the caller's thread, without the lock. */
 void stream_receive(collided *c, const wire_message *m);
-void stream_drop_parts(interest_record *interest);
+void stream_drop_parts(subscription_record *subscription);
 void stream_tend(collided *c, int64_t now_ns); /* after receiving: asks again for what does not come */
 int64_t stream_next_ns(const collided *c);     /* when that is due */
-void interests_sweep(collided *c);             /* frees what was unsubscribed */
-void interests_free(collided *c);
+void subscriptions_sweep(collided *c);         /* frees what was unsubscribed */
+void subscriptions_free(collided *c);
 
 #endif

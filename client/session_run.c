@@ -19,7 +19,7 @@
 /* Within one line a smaller epoch is of a daemon whose standby has taken over. */
 static bool is_of_another(const collided *c, int64_t epoch, int64_t now_ns)
 {
-    bool silent = c->over == c->epoch || now_ns - c->heard_ns >= SESSION_SILENCE_NS;
+    bool silent = c->over == c->epoch || now_ns - c->last_seen_ns >= SESSION_SILENCE_NS;
     if (epoch == c->over && epoch != c->epoch) return true;
     return epoch < c->epoch && (!silent || wire_same_line(epoch, c->epoch));
 }
@@ -36,7 +36,7 @@ bool session_hear(collided *c, int64_t epoch)
         c->counters.foreign++;
         return false;
     }
-    c->heard_ns = now;
+    c->last_seen_ns = now;
     if (epoch == c->epoch) return true;
     bool restarted = c->epoch != 0 && !goes_on;
     c->epoch = epoch;
@@ -52,7 +52,7 @@ bool session_hear_status(collided *c, const wire_status *s)
     return session_hear(c, s->epoch);
 }
 
-static void tell_rejection(collided *c, const collided_rejection *why)
+static void report_rejection(collided *c, const collided_rejection *why)
 {
     if (!c->on_rejected) return;
     c->in_callback = true;
@@ -73,14 +73,14 @@ static void deliver_rejections(collided *c)
     pthread_mutex_unlock(&c->lock);
     for (size_t i = 0; i < count; i++) {
         const wire_reject *r = &taken[i]->reject;
-        tell_rejection(c, &(collided_rejection){wire_kind_name((wire_kind)r->kind), r->object,
-                              wire_reason_name((wire_reason)r->reason), r->text});
+        report_rejection(c, &(collided_rejection){wire_kind_name((wire_kind)r->kind), r->object,
+                                wire_reason_name((wire_reason)r->reason), r->text});
         free(taken[i]);
     }
     if (!overflowed) return;
     char text[64];
     (void)snprintf(text, sizeof text, "%lld further refusals were not kept", (long long)overflowed);
-    tell_rejection(c, &(collided_rejection){"", COLLIDED_NONE, wire_reason_name(WIRE_LIMIT), text});
+    report_rejection(c, &(collided_rejection){"", COLLIDED_NONE, wire_reason_name(WIRE_LIMIT), text});
 }
 
 static void caller_message(void *context, const wire_message *m)
@@ -109,7 +109,7 @@ static void turn(collided *c)
     const transport_sink sink = {.context = c, .message = caller_message, .refused = caller_refused};
     c->link->ops->receive(c->link, TRANSPORT_STREAMS, &sink);
     deliver_rejections(c);
-    interests_sweep(c);
+    subscriptions_sweep(c);
 }
 
 static void set_sleeping(collided *c, bool sleeping)
@@ -193,7 +193,7 @@ static wire_message *client_message(const collided *c, const char *name, uint8_t
 
 static void free_client(collided *c)
 {
-    interests_free(c);
+    subscriptions_free(c);
     for (announcement *a = c->first; a; a = c->first) {
         bool is_body = a->message->kind == WIRE_BODY;
         announce_drop(c, a);
@@ -236,8 +236,8 @@ static collided *new_client(const collided_def *def)
     c->on_loss = def->on_loss;
     c->lock_step = def->lock_step;
     c->sequence = session_now_ns() / 1000;
-    c->heard_ns = session_monotonic_ns();
-    c->all_again_ns = c->heard_ns - NS_PER_S;
+    c->last_seen_ns = session_monotonic_ns();
+    c->all_again_ns = c->last_seen_ns - NS_PER_S;
     c->keeper_wake = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     c->caller_wake = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     return c;
@@ -305,7 +305,7 @@ collided *session_open(
         free_client(c);
         return NULL;
     }
-    c->heard_ns = session_monotonic_ns(); /* opening may have waited: nobody was to be heard until now */
+    c->last_seen_ns = session_monotonic_ns(); /* opening may have waited: nobody was to be heard until now */
     pthread_mutex_lock(&c->lock);
     announce(c, &c->client, client_message(c, def->name ? def->name : program_invocation_short_name, 0));
     ops->flush(c->link);
@@ -351,7 +351,7 @@ static void say_goodbye(collided *c)
 void collided_close(collided *c)
 {
     if (!c || session_from_callback(c)) return; /* which would go on with what is freed here, or wait for itself */
-    for (interest_record *i = c->interests; i; i = i->next) i->removed = true; /* no callbacks from here on */
+    for (subscription_record *i = c->subscriptions; i; i = i->next) i->removed = true; /* no callbacks from here on */
     say_goodbye(c);
     pthread_mutex_lock(&c->lock);
     c->stopping = true;

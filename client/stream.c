@@ -3,8 +3,8 @@
  * that one says how many were lost. So what a callback has heard is always a state that the world was in. Receipts also
  * pace what is large: the daemon sends only so much beyond them. A callback whose stream starves, since nothing whole
  * comes for long, hears of it. A stream that is silent although the daemon is heard is asked for by announcing the
- * interest again: heartbeats may be rarer than that, so after longer and longer silences. The caller's thread, without
- * the lock.
+ * subscription again: heartbeats may be rarer than that, so after longer and longer silences. The caller's thread,
+ * without the lock.
  */
 #include "allocate.h"
 #include "announce.h"
@@ -18,7 +18,7 @@
 enum {
     FIRST_RESYNC_MS = 250,
     LONGEST_RESYNC_S = 16,
-    RECEIPTS_MOST = 4,         /* in vain: then the interest is announced again */
+    RECEIPTS_MOST = 4,         /* in vain: then the subscription is announced again */
     LONGEST_PATIENCE_S = 3600, /* a daemon's heartbeat has no longer period */
     STARVED_S = 3,
     RECEIPT_EACH = 64,      /* messages, while the stream is up to date: half of what the daemon sends without */
@@ -32,7 +32,7 @@ static const char *cause_name(uint8_t cause)
         [WIRE_CAUSE_OWNER_LOST] = "owner_lost",
         [WIRE_CAUSE_FILTER] = "filter",
         [WIRE_CAUSE_SHAPE] = "shape",
-        [WIRE_CAUSE_SUBSCRIPTION] = "interest",
+        [WIRE_CAUSE_SUBSCRIPTION] = "subscription",
         [WIRE_CAUSE_SHUTDOWN] = "shutdown",
         [WIRE_CAUSE_STALE] = "stale",
         [WIRE_CAUSE_SNAPSHOT] = "snapshot",
@@ -40,13 +40,13 @@ static const char *cause_name(uint8_t cause)
     return cause < sizeof names / sizeof names[0] ? names[cause] : "unknown";
 }
 
-void stream_drop_parts(interest_record *i)
+void stream_drop_parts(subscription_record *i)
 {
     while (i->part_count) free(i->parts[--i->part_count]);
 }
 
 /* Parts of a batch that will not be whole were not delivered: they count as lost. */
-static void give_up_parts(interest_record *i)
+static void give_up_parts(subscription_record *i)
 {
     if (!i->gathering) i->next_batch -= (int64_t)i->part_count;
     i->gathering = false;
@@ -95,7 +95,7 @@ static void fill_point(collided_contact_point *p, const wire_event_batch *b, uin
 
 static bool has_impact(const collided_event *e)
 {
-    return e->kind == COLLIDED_EVENT_IMPACT || e->kind == COLLIDED_EVENT_FORETOLD;
+    return e->kind == COLLIDED_EVENT_IMPACT || e->kind == COLLIDED_EVENT_PREDICTED;
 }
 
 static void fill_pose(collided_pose *p, const double numbers[7])
@@ -154,11 +154,11 @@ static size_t gather(collided *c, const wire_message *const *parts, size_t part_
     return events;
 }
 
-static void deliver(collided *c, interest_record *i, const wire_message *const *parts, size_t part_count)
+static void deliver(collided *c, subscription_record *i, const wire_message *const *parts, size_t part_count)
 {
     const wire_event_batch *b = &parts[part_count - 1]->event_batch;
     size_t count = gather(c, parts, part_count);
-    const collided_batch batch = {.interest = {i->id},
+    const collided_batch batch = {.subscription = {i->id},
         .stream = b->stream,
         .epoch = b->epoch,
         .batch = b->batch,
@@ -180,7 +180,7 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .event_count = count,
         .events = c->events};
     i->lost = 0;
-    i->told_epoch = b->epoch;
+    i->reported_epoch = b->epoch;
     step_answered(c, i, b);
     c->in_callback = true;
     i->callback(i->context, &batch);
@@ -188,7 +188,7 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
     c->delivered++;
 }
 
-static void count_lost(collided *c, interest_record *i, int64_t batches)
+static void count_lost(collided *c, subscription_record *i, int64_t batches)
 {
     i->lost += batches;
     pthread_mutex_lock(&c->lock);
@@ -200,22 +200,22 @@ static void count_lost(collided *c, interest_record *i, int64_t batches)
 
 /* ---- what we have, and what is missing ---- */
 
-static bool lacks(const interest_record *i)
+static bool lacks(const subscription_record *i)
 {
     return i->waiting || i->gathering;
 }
 
 /* False: nothing has come yet that it could name, or we may not write it. */
-static bool send_receipt(collided *c, interest_record *i, bool missing)
+static bool send_receipt(collided *c, subscription_record *i, bool missing)
 {
-    bool names = i->next_batch > 0 || i->gathering, before = i->unsure || i->told_more;
+    bool names = i->next_batch > 0 || i->gathering, before = i->unsure || i->reported_more;
     if (!names || (c->link->ops->permits && !c->link->ops->permits(c->link, WIRE_RECEIPT))) return false;
     wire_message m = {.kind = WIRE_RECEIPT,
         .receipt = {.version = WIRE_VERSION,
             .client = c->id,
-            .interest = i->id,
+            .subscription = i->id,
             .epoch = before ? i->unsure_epoch : i->epoch,
-            .batch = i->told_more       ? i->told_more
+            .batch = i->reported_more   ? i->reported_more
                      : i->snapshot_tick ? i->snapshot_batch
                                         : i->next_batch - 1,
             .tick = i->snapshot_tick,
@@ -229,8 +229,9 @@ static bool send_receipt(collided *c, interest_record *i, bool missing)
     return true;
 }
 
-/* Announcing the interest again makes the daemon send a snapshot. Not while it is pending: then one comes by itself. */
-static bool announce_interest_again(collided *c, interest_record *i)
+/* Announcing the subscription again makes the daemon send a snapshot. Not while it is pending: then one comes by
+ * itself. */
+static bool announce_subscription_again(collided *c, subscription_record *i)
 {
     pthread_mutex_lock(&c->lock);
     bool asked = i->announced.state == ANNOUNCE_ACKED;
@@ -239,18 +240,18 @@ static bool announce_interest_again(collided *c, interest_record *i)
     return asked;
 }
 
-static void ask_for_missing(collided *c, interest_record *i, int64_t now_ns)
+static void ask_for_missing(collided *c, subscription_record *i, int64_t now_ns)
 {
     bool asked = i->receipts < RECEIPTS_MOST && send_receipt(c, i, true);
     i->receipts += asked;
-    if (!asked) asked = announce_interest_again(c, i);
+    if (!asked) asked = announce_subscription_again(c, i);
     i->asked = true;
     i->resync_ns = now_ns + i->resync_wait_ns;
     if (asked && i->resync_wait_ns < LONGEST_RESYNC_S * NS_PER_S) i->resync_wait_ns *= 2;
 }
 
 /* Once for each place: what follows there is of no use either. */
-static void note_missing(collided *c, interest_record *i)
+static void note_missing(collided *c, subscription_record *i)
 {
     int64_t now = session_monotonic_ns();
     if (!lacks(i)) i->lacks_ns = now;
@@ -259,21 +260,21 @@ static void note_missing(collided *c, interest_record *i)
     if (!i->asked) ask_for_missing(c, i, now);
 }
 
-static void take_in_order(collided *c, interest_record *i, const wire_event_batch *b)
+static void take_in_order(collided *c, subscription_record *i, const wire_event_batch *b)
 {
     i->asked = false;
     i->receipts = 0;
     i->waiting = i->gathering;
     i->resync_wait_ns = FIRST_RESYNC_MS * NS_PER_MS;
-    i->resync_ns = i->heard_ns + i->resync_wait_ns;
+    i->resync_ns = i->last_seen_ns + i->resync_wait_ns;
     i->eager = b->behind || b->snapshot;
     if (++i->owed >= (i->eager ? RECEIPT_EACH_BEHIND : RECEIPT_EACH)) (void)send_receipt(c, i, false);
 }
 
-static void notify_starved(collided *c, interest_record *i)
+static void notify_starved(collided *c, subscription_record *i)
 {
     i->starved = true;
-    const collided_batch notice = {.interest = {i->id},
+    const collided_batch notice = {.subscription = {i->id},
         .stream = i->stream,
         .epoch = i->epoch,
         .batch = i->next_batch - 1,
@@ -287,13 +288,13 @@ static void notify_starved(collided *c, interest_record *i)
     c->delivered++;
 }
 
-static int64_t starves_ns(const interest_record *i)
+static int64_t starves_ns(const subscription_record *i)
 {
     return lacks(i) && !i->starved ? i->lacks_ns + STARVED_S * NS_PER_S : INT64_MAX;
 }
 
 /* Not while its announcement, or the daemon, is what one waits for. */
-static void tell_starving(collided *c, interest_record *i, int64_t now_ns)
+static void report_starving(collided *c, subscription_record *i, int64_t now_ns)
 {
     pthread_mutex_lock(&c->lock);
     bool expected = i->announced.state == ANNOUNCE_ACKED;
@@ -309,7 +310,7 @@ static void tell_starving(collided *c, interest_record *i, int64_t now_ns)
 
 /* It was asked for, and acknowledged, and not even a snapshot has come: our reader takes all that comes for old, as it
  * does when packets were forged. It is opened anew, and the callback hears that it has heard nothing for long. */
-static void read_anew(collided *c, interest_record *i)
+static void read_anew(collided *c, subscription_record *i)
 {
     c->link->ops->stream_close(c->link, i->stream);
     bool closed = c->link->ops->stream_open(c->link, i->stream) != 0;
@@ -324,29 +325,29 @@ static void read_anew(collided *c, interest_record *i)
 
 /* A daemon that is not heard at all is silent on all streams, and need not be asked. One that is answers within
  * moments: the second look comes soon. */
-static void look_into_silence(collided *c, interest_record *i, int64_t now_ns)
+static void look_into_silence(collided *c, subscription_record *i, int64_t now_ns)
 {
-    i->heard_ns = now_ns;
-    if (session_unheard(c) || !announce_interest_again(c, i)) return;
+    i->last_seen_ns = now_ns;
+    if (session_unheard(c) || !announce_subscription_again(c, i)) return;
     if (i->patience_ns < LONGEST_PATIENCE_S * NS_PER_S) i->patience_ns *= 2;
     if (!i->silences++)
-        i->heard_ns -= i->patience_ns - SESSION_SILENCE_NS;
+        i->last_seen_ns -= i->patience_ns - SESSION_SILENCE_NS;
     else
         read_anew(c, i);
 }
 
-static int64_t due_ns(const interest_record *i)
+static int64_t due_ns(const subscription_record *i)
 {
-    int64_t asks_ns = lacks(i) ? i->resync_ns : i->heard_ns + i->patience_ns;
+    int64_t asks_ns = lacks(i) ? i->resync_ns : i->last_seen_ns + i->patience_ns;
     return starves_ns(i) < asks_ns ? starves_ns(i) : asks_ns;
 }
 
 void stream_tend(collided *c, int64_t now_ns)
 {
-    for (interest_record *i = c->interests; i; i = i->next) {
+    for (subscription_record *i = c->subscriptions; i; i = i->next) {
         if (!i->removed && i->owed && i->eager) (void)send_receipt(c, i, false);
         if (i->removed || now_ns < due_ns(i)) continue;
-        if (now_ns >= starves_ns(i)) tell_starving(c, i, now_ns);
+        if (now_ns >= starves_ns(i)) report_starving(c, i, now_ns);
         if (lacks(i) && now_ns >= i->resync_ns)
             ask_for_missing(c, i, now_ns);
         else if (!lacks(i))
@@ -357,36 +358,36 @@ void stream_tend(collided *c, int64_t now_ns)
 int64_t stream_next_ns(const collided *c)
 {
     int64_t next = INT64_MAX;
-    for (const interest_record *i = c->interests; i; i = i->next)
+    for (const subscription_record *i = c->subscriptions; i; i = i->next)
         if (!i->removed && due_ns(i) < next) next = due_ns(i);
     return next;
 }
 
-static interest_record *addressee(collided *c, const wire_event_batch *b)
+static subscription_record *addressee(collided *c, const wire_event_batch *b)
 {
     if (b->client != c->id) return NULL; /* another client publishes a stream of the same name */
     pthread_mutex_lock(&c->lock);
     bool ours = session_hear(c, b->epoch);
     pthread_mutex_unlock(&c->lock);
-    interest_record *i = ours ? c->interests : NULL;
-    while (i && (i->id != b->interest || i->removed)) i = i->next;
-    if (i) i->heard_ns = session_monotonic_ns();
+    subscription_record *i = ours ? c->subscriptions : NULL;
+    while (i && (i->id != b->subscription || i->removed)) i = i->next;
+    if (i) i->last_seen_ns = session_monotonic_ns();
     if (i) i->silences = 0;
     return i;
 }
 
-static void follow_epoch(interest_record *i, const wire_event_batch *b)
+static void follow_epoch(subscription_record *i, const wire_event_batch *b)
 {
     if (b->epoch == i->epoch) return;
     if (wire_same_line(b->epoch, i->epoch)) { /* a standby has taken over, and goes on with the same numbers */
-        if (!i->unsure && !i->told_more) i->unsure_epoch = i->epoch;
+        if (!i->unsure && !i->reported_more) i->unsure_epoch = i->epoch;
         i->epoch = b->epoch;
         i->unsure = !lacks(i);
         return;
     }
     give_up_parts(i);
     i->unsure = i->asked = false;
-    i->told_more = 0;
+    i->reported_more = 0;
     if (!i->waiting) i->lacks_ns = session_monotonic_ns();
     i->waiting = true;
     i->receipts = 0;
@@ -398,25 +399,25 @@ static void follow_epoch(interest_record *i, const wire_event_batch *b)
 
 /* ---- snapshots: as of the batch whose number they have ---- */
 
-static bool is_of_snapshot(const interest_record *i, const wire_event_batch *b)
+static bool is_of_snapshot(const subscription_record *i, const wire_event_batch *b)
 {
     return i->snapshot_tick && b->batch == i->snapshot_batch && b->tick == i->snapshot_tick;
 }
 
 /* The daemon numbers ticks from 1; 0 stands for none. */
-static void begin_gathering(interest_record *i, const wire_event_batch *b)
+static void begin_gathering(subscription_record *i, const wire_event_batch *b)
 {
     if (!lacks(i)) i->lacks_ns = session_monotonic_ns();
     give_up_parts(i);
     i->gathering = true;
     i->unsure = false;
-    i->told_more = 0;
+    i->reported_more = 0;
     i->snapshot_batch = b->batch;
     i->snapshot_tick = b->tick;
     i->snapshot_part = 0;
 }
 
-static void end_gathering(collided *c, interest_record *i, const wire_event_batch *b)
+static void end_gathering(collided *c, subscription_record *i, const wire_event_batch *b)
 {
     int64_t lost = i->next_batch && !i->closed ? b->batch + 1 - i->next_batch : 0;
     if (lost > 0) count_lost(c, i, lost);
@@ -425,7 +426,7 @@ static void end_gathering(collided *c, interest_record *i, const wire_event_batc
 }
 
 /* One that others have overtaken is none: within an epoch numbers only rise, also where the stream began anew. */
-static bool takes_part(collided *c, interest_record *i, const wire_event_batch *b)
+static bool takes_part(collided *c, subscription_record *i, const wire_event_batch *b)
 {
     bool same = is_of_snapshot(i, b);
     if (same && b->part <= i->snapshot_part) return false; /* a copy */
@@ -444,18 +445,18 @@ static bool takes_part(collided *c, interest_record *i, const wire_event_batch *
 /* ---- batches ---- */
 
 /* A standby that has taken over tells again what readers may have missed, snapshots too; its ticks go on. */
-static bool was_told(const interest_record *i, const wire_event_batch *b)
+static bool was_reported(const subscription_record *i, const wire_event_batch *b)
 {
     return b->tick < i->tick || (b->tick == i->tick && b->batch < i->next_batch);
 }
 
 /* True if the batch continues what was delivered, or begins anew. */
-static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
+static bool in_order(collided *c, subscription_record *i, const wire_event_batch *b)
 {
     follow_epoch(i, b);
-    if (i->unsure && was_told(i, b)) return false;
+    if (i->unsure && was_reported(i, b)) return false;
     if (b->snapshot) return takes_part(c, i, b);
-    if (!i->gathering && !i->told_more && i->next_batch && b->batch == i->next_batch) {
+    if (!i->gathering && !i->reported_more && i->next_batch && b->batch == i->next_batch) {
         i->next_batch++;
         i->snapshot_tick = i->snapshot_batch = i->snapshot_part = 0;
         return true;
@@ -466,7 +467,7 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
 }
 
 /* It has the number of the last batch that there is, which may be one that has not come, or waits to be sent. */
-static void receive_heartbeat(collided *c, interest_record *i, const wire_message *m)
+static void receive_heartbeat(collided *c, subscription_record *i, const wire_message *m)
 {
     const wire_event_batch *b = &m->event_batch;
     follow_epoch(i, b);
@@ -482,7 +483,7 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
         if (!i->waiting) deliver(c, i, &m, 1);
     } else if (i->unsure) { /* we were told more than the standby knew of when it took over: it is told so */
         i->unsure = false;
-        i->told_more = i->next_batch - 1;
+        i->reported_more = i->next_batch - 1;
         i->next_batch = b->batch + 1;
         i->snapshot_tick = 0;
         note_missing(c, i);
@@ -492,7 +493,7 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
 void stream_receive(collided *c, const wire_message *m)
 {
     const wire_event_batch *b = &m->event_batch;
-    interest_record *i = addressee(c, b);
+    subscription_record *i = addressee(c, b);
     if (i && b->heartbeat) receive_heartbeat(c, i, m);
     if (!i || b->heartbeat || !in_order(c, i, b)) return;
     i->behind = b->behind;

@@ -64,7 +64,7 @@ typedef struct transport_dds {
 /* In the order in which their writers are made known: whoever has heard an announcement, and acknowledges it, has found
  * the writers of what is volatile before. */
 static const wire_kind outgoing[] = {
-    WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST};
+    WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION};
 enum { OUTGOING = sizeof outgoing / sizeof outgoing[0] };
 
 /* ---- the domain, shared by the clients of a process ---- */
@@ -308,7 +308,7 @@ static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 static void dds_renew(transport *base, bool all)
 {
     static const wire_kind flows[] = {
-        WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST};
+        WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION};
     enum { ALL = sizeof flows / sizeof flows[0], FLOWS = 3 };
     transport_dds *t = (transport_dds *)base;
     for (size_t i = 0; i < (all ? ALL : FLOWS); i++) {
@@ -464,8 +464,8 @@ static bool is_removed(const wire_message *m)
         return m->geometry.removed;
     case WIRE_BODY:
         return m->body.removed;
-    case WIRE_INTEREST:
-        return m->interest.removed;
+    case WIRE_SUBSCRIPTION:
+        return m->subscription.removed;
     default:
         return false;
     }

@@ -39,7 +39,7 @@ int64_t unheard_tend(collided *c, int64_t now_ns)
 
 /* Who has one lost packet mended need not hear of it; who is not heard again and again does, and so does everybody over
  * a transport that loses nothing by itself. */
-void unheard_told(collided *c, const wire_reject *why)
+void unheard_reported(collided *c, const wire_reject *why)
 {
     int64_t now = session_monotonic_ns();
     if (!c->unheard_ns || now - c->unheard_ns > FORGOTTEN_S * NS_PER_S) {

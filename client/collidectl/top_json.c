@@ -47,7 +47,7 @@ static void put_streams_json(json *j, const top_sample *s)
 static void put_figures(json *j, const top_sample *s)
 {
     static const char *const figures[] = {"bodies", "stale_bodies", "lost_bodies", "shapes", "pairs", "contacts",
-        "interests", "geometries", "budget_ns", "work", "undone", "unbounded"};
+        "subscriptions", "geometries", "budget_ns", "work", "undone", "unbounded"};
     static const char *const latency[4] = {"latency_p50_ns", "latency_p90_ns", "latency_p99_ns", "latency_most_ns"};
     static const char *const tick[4] = {"tick_p50_ns", "tick_p90_ns", "tick_p99_ns", "tick_most_ns"};
     json_number(j, "ticks_per_s", top_rate(s, "ticks"));

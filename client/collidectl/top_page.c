@@ -202,7 +202,7 @@ static void put_times_line(page *p, const char *title, const char *const names[4
 static void put_world(page *p)
 {
     static const char *const figures[] = {
-        "bodies", "shapes", "pairs", "contacts", "interests", "streams", "geometries"};
+        "bodies", "shapes", "pairs", "contacts", "subscriptions", "streams", "geometries"};
     const top_sample *s = p->view->sample;
     list l;
     char word[96];

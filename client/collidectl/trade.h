@@ -25,7 +25,7 @@ typedef struct trade_row { /* one pair of shape types at one accuracy; "all": th
 enum { TRADE_LEVELS_MAX = 64 }; /* accuracies */
 
 typedef struct trade {
-    double ticks, seconds, interests, answers, measured;
+    double ticks, seconds, subscriptions, answers, measured;
     double left_out; /* of the ticks: something was announced in them, and their times are in no row */
     trade_row *rows; /* accuracies from the loosest to exact, pair by pair, "all" last */
     size_t row_count, levels;

@@ -14,7 +14,7 @@ const trade_row *trade_all(const trade *t)
 }
 
 /* Nothing missed is a promise, and said elsewhere where it is broken. */
-static bool tells_the_same(const trade_row *r)
+static bool reports_the_same(const trade_row *r)
 {
     return r->missed == 0 && r->false_ones == 0;
 }
@@ -23,9 +23,9 @@ static const trade_row *choose(const trade *t)
 {
     const trade_row *all = trade_all(t), *cheapest = NULL, *use = &all[t->levels - 1];
     for (size_t i = 0; i < t->levels; i++)
-        if (tells_the_same(&all[i]) && (!cheapest || all[i].tick_mean_s < cheapest->tick_mean_s)) cheapest = &all[i];
+        if (reports_the_same(&all[i]) && (!cheapest || all[i].tick_mean_s < cheapest->tick_mean_s)) cheapest = &all[i];
     for (size_t i = 0; cheapest && i < t->levels; i++)
-        if (tells_the_same(&all[i]) && all[i].tick_mean_s <= NEARLY_FREE * cheapest->tick_mean_s) use = &all[i];
+        if (reports_the_same(&all[i]) && all[i].tick_mean_s <= NEARLY_FREE * cheapest->tick_mean_s) use = &all[i];
     return use;
 }
 
@@ -42,7 +42,7 @@ __attribute__((format(printf, 3, 4))) static void say(char *text, size_t size, c
 static void say_finer(const trade_row *use, const trade_row *finer, char *text, size_t size)
 {
     say(text, size, "; %s costs %.3g times", finer->accuracy, finer->tick_mean_s / use->tick_mean_s);
-    if (tells_the_same(finer)) say(text, size, " and changes no event");
+    if (reports_the_same(finer)) say(text, size, " and changes no event");
 }
 
 static void say_looser(const trade_row *use, const trade_row *looser, char *text, size_t size)
@@ -64,14 +64,15 @@ static void say_looser(const trade_row *use, const trade_row *looser, char *text
 static const trade_row *find_looser(const trade_row *use, const trade_row *all)
 {
     for (const trade_row *r = use; r > all;)
-        if (!tells_the_same(--r) || r->error_max_m > 2 * use->error_max_m) return r;
+        if (!reports_the_same(--r) || r->error_max_m > 2 * use->error_max_m) return r;
     return NULL;
 }
 
 static const char *why(const trade_row *use, const trade_row *all, const trade_row *last)
 {
     if (use < last) return "the same events as exact";
-    return use > all && tells_the_same(use - 1) ? "exact is nearly free here" : "nothing looser tells the same events";
+    return use > all && reports_the_same(use - 1) ? "exact is nearly free here"
+                                                  : "nothing looser tells the same events";
 }
 
 void trade_advise(const trade *t, trade_advice *out)

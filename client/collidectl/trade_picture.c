@@ -89,7 +89,7 @@ static void write_lines(FILE *out, const trade *t, const char *prefix)
     fputs(line ? "\n" : " NaN notitle\n", out);
 }
 
-static bool tells_false(const trade *t)
+static bool reports_false(const trade *t)
 {
     double sum = 0;
     for (size_t i = 0; i < t->levels; i++) sum += trade_all(t)[i].false_ones;
@@ -133,7 +133,7 @@ static void write_session(FILE *out, const trade *t, const trade_advice *a, cons
         ", \\\n         '' index %zu using (on_axis($6)):($11 / 1e3) with points pt 7 ps 1.1 lc rgb '#0072B2' "
         "title 'mean of a tick'",
         block);
-    if (tells_false(t))
+    if (reports_false(t))
         fprintf(out,
             ", \\\n         '' index %zu using ($9 > 0 ? on_axis($6) : NaN):($11 / 1e3):(sprintf('%%d false', $9)) "
             "with labels offset 0,-1.2 font ',10' tc rgb '#D55E00' notitle",

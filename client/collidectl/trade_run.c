@@ -142,13 +142,13 @@ static bool take_line(reading *r, char *line)
     if (!count) return false;
     if (!r->begun) return r->begun = count == 2 && !strcmp(field[0], "trade") && !strcmp(field[1], "2");
     if (!strcmp(field[0], "session"))
-        return take_numbers(field, count, (double *[]){&t->ticks, &t->seconds, &t->interests, &t->left_out}, 4);
+        return take_numbers(field, count, (double *[]){&t->ticks, &t->seconds, &t->subscriptions, &t->left_out}, 4);
     if (!strcmp(field[0], "answers")) return take_numbers(field, count, (double *[]){&t->answers, &t->measured}, 2);
     if (!strcmp(field[0], "row")) return take_row(r, field, count);
     if (!strcmp(field[0], "end")) return r->ended = true;
-    bool told = !strcmp(field[0], "progress") && take_numbers(field, count, (double *[]){&share}, 1);
-    if (told) show_share(r, share);
-    return told;
+    bool reported = !strcmp(field[0], "progress") && take_numbers(field, count, (double *[]){&share}, 1);
+    if (reported) show_share(r, share);
+    return reported;
 }
 
 static bool take_all(reading *r, FILE *from)

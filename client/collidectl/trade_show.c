@@ -8,8 +8,8 @@
 
 static void show_counts(const trade *t)
 {
-    printf("%.0f ticks, %.3g s, %.0f interest%s; %.0f answers", t->ticks, t->seconds, t->interests,
-        t->interests == 1 ? "" : "s", t->answers);
+    printf("%.0f ticks, %.3g s, %.0f subscription%s; %.0f answers", t->ticks, t->seconds, t->subscriptions,
+        t->subscriptions == 1 ? "" : "s", t->answers);
     if (t->measured < t->answers) printf(", of which %.0f were measured", t->measured);
     puts(", each asked at every accuracy");
     if (t->left_out > 0)
@@ -94,7 +94,7 @@ void trade_show_json(const trade *t, const trade_advice *a, bool pictures, const
     json_integer(&j, "ticks", (int64_t)t->ticks);
     json_integer(&j, "ticks_left_out", (int64_t)t->left_out);
     json_number(&j, "seconds", t->seconds);
-    json_integer(&j, "interests", (int64_t)t->interests);
+    json_integer(&j, "subscriptions", (int64_t)t->subscriptions);
     json_integer(&j, "answers", (int64_t)t->answers);
     json_integer(&j, "measured", (int64_t)t->measured);
     for (int i = 0; pictures && i < 2; i++) {

@@ -12,8 +12,8 @@
 /* ---- progress ---- */
 
 typedef struct progress {
-    double told_s; /* when the last line was */
-    bool terminal; /* lines replace each other */
+    double reported_s; /* when the last line was */
+    bool terminal;     /* lines replace each other */
     bool any;
 } progress;
 
@@ -21,11 +21,11 @@ static void show_fit_progress(void *context, size_t done, size_t of, const char 
 {
     progress *p = context;
     double now = ctl_now_s();
-    if (now - p->told_s < (p->terminal ? 0.1 : 2)) return;
+    if (now - p->reported_s < (p->terminal ? 0.1 : 2)) return;
     fprintf(stderr, p->terminal ? "\r\033[Kcollidectl: fit: %zu of %zu: %.80s" : "collidectl: fit: %zu of %zu: %s\n",
         done, of, what);
     fflush(stderr);
-    p->told_s = now;
+    p->reported_s = now;
     p->any = true;
 }
 
@@ -187,7 +187,7 @@ static int write_scene(const ctl *c, const fit_robot *f)
 int verb_fit(ctl *c)
 {
     const ctl_options *o = &c->options;
-    progress told = {.told_s = ctl_now_s(), .terminal = isatty(STDERR_FILENO)};
+    progress reported = {.reported_s = ctl_now_s(), .terminal = isatty(STDERR_FILENO)};
     robot_source source = {.urdf = c->arguments[0],
         .srdf = o->srdf,
         .packages = o->packages,
@@ -196,10 +196,10 @@ int verb_fit(ctl *c)
     if (access(source.urdf, R_OK) != 0) return ctl_fail(EX_NOINPUT, "fit: %s: %s", source.urdf, strerror(errno));
     robot r;
     fit_robot f;
-    fit_options options = {.excess_m = o->excess_m, .progress = show_fit_progress, .context = &told};
+    fit_options options = {.excess_m = o->excess_m, .progress = show_fit_progress, .context = &reported};
     if (!robot_load(&r, &c->pool, &source, &c->report)) return ctl_fail_loading(c);
     bool good = fit_robot_make(&c->pool, &r, &options, &f, &c->report);
-    end_progress(&told);
+    end_progress(&reported);
     if (!good) return ctl_fail_loading(c);
     if (o->json) {
         print_fit_json(&f);

@@ -69,7 +69,7 @@ static void print_table(const collided_daemon_status *s)
     printf("%-10s %" PRId64 ", tick %" PRId64 "\n", "epoch", s->epoch, s->tick);
     printf("%-10s %.1f s\n", "up", 1e-9 * (double)(s->stamp_ns - s->started_ns));
     print_group(s, "counters", NULL);
-    print_group(s, "pairs by rung, since the start", "pairs_by_");
+    print_group(s, "pairs by stage, since the start", "pairs_by_");
     print_group(s, "bodies that wait for their geometry, for so long (ns)", "pending_body_ns_");
     print_group(s, "work of subscribers, units a tick (about ns)", "work_of_");
 }

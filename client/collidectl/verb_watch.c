@@ -1,4 +1,4 @@
-/* verb_watch: prints the events of an interest as they come, a line each. Runs inside collided_poll. */
+/* verb_watch: prints the events of a subscription as they come, a line each. Runs inside collided_poll. */
 #include "json.h"
 #include "show.h"
 #include "verbs.h"
@@ -19,7 +19,7 @@ static const char *const kinds[] = {
     [COLLIDED_UNKNOWN] = "unknown",
     [COLLIDED_KNOWN] = "known",
     [COLLIDED_EVENT_IMPACT] = "impact",
-    [COLLIDED_EVENT_FORETOLD] = "foretold",
+    [COLLIDED_EVENT_PREDICTED] = "predicted",
     [COLLIDED_EVENT_AVERTED] = "averted",
 };
 
@@ -235,7 +235,7 @@ static int check_tolerances(const ctl_options *o, collided_accuracy accuracy)
 {
     bool tolerance = o->tolerance_m >= 0, relative = o->relative_tolerance >= 0;
     if (tolerance && relative) return ctl_fail(EX_USAGE, "watch: --tolerance and --relative: say one of them");
-    if (accuracy == COLLIDED_BY_TOLERANCE || o->facts & (COLLIDED_IMPACT | COLLIDED_FORETELL)) return 0;
+    if (accuracy == COLLIDED_BY_TOLERANCE || o->facts & (COLLIDED_IMPACT | COLLIDED_PREDICT)) return 0;
     if (!tolerance && !relative) return 0;
     return ctl_fail(EX_USAGE, "watch: %s says nothing under --accuracy %s, which asks for no width: leave it out",
         tolerance ? "--tolerance" : "--relative", o->accuracy);
@@ -251,7 +251,7 @@ int verb_watch(ctl *c)
     if (!status) status = ctl_connect_guest(c);
     if (status) return status;
     ctl_catch_signals();
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.facts = o->facts;
     def.select_a = o->select_a;
     def.select_b = o->select_b;
@@ -260,7 +260,7 @@ int verb_watch(ctl *c)
     if (o->relative_tolerance >= 0) def.relative_tolerance = o->relative_tolerance;
     if (o->tolerance_m >= 0) def.relative_tolerance = 0;
     def.tolerance_m = fmax(o->tolerance_m, 0);
-    def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;
+    def.horizon_s = o->facts & COLLIDED_PREDICT ? o->horizon_s : 0;
     def.hysteresis_m = o->hysteresis_m;
     def.rate_hz = o->rate_hz;
     def.callback = on_events;

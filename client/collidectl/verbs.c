@@ -9,7 +9,7 @@ const ctl_verb ctl_verbs[] = {
     {"top", "", 0, 0, verb_top, "Shows the daemon at work, once a second",
         "Health; ticks a second and the load of the thread that ticks; latency, from the stamp of the newest pose to\n"
         "the events, and duration of ticks, as percentiles of the last second, at most an eighth too high; what is in\n"
-        "the world; the budget and what it left; pairs by the rung that settled them; what was refused, dropped or\n"
+        "the world; the budget and what it left; pairs by the stage that settled them; what was refused, dropped or\n"
         "lost, since the start and per second; clients and streams, the costliest first. Work is in units a tick\n"
         "(about ns). SILENT: since the last sign of life. Ends by q or SIGINT. Where standard output is no terminal:\n"
         "plain lines, a block a second; with --json an object a second. A daemon that ends is waited for.\n"},
@@ -28,13 +28,13 @@ const ctl_verb ctl_verbs[] = {
         "The pattern may have * and ?.\n"},
     {"move", "NAME X,Y,Z[,W,X,Y,Z]", 2, 2, verb_move, "Moves a body that was loaded under the same --as",
         "Metres and a unit quaternion; without one the orientation is the world's.\n"
-        "Velocities tell what it does from here on, for what is foretold.\n"},
+        "Velocities tell what it does from here on, for what is predicted.\n"},
     {"joints", "ROBOT [NAME=VALUE...]", 1, INT_MAX, verb_joints, "Moves the joints of a loaded robot",
         "rad or m. Joints that are not named keep their values. All links move in one message.\n"},
-    {"watch", "", 0, 0, verb_watch, "Prints contacts, distances, impacts and what is foretold",
+    {"watch", "", 0, 0, verb_watch, "Prints contacts, distances, impacts and what is predicted",
         "Contacts begin, go on (update) and end; what is within --range is near, and then far; what is past\n"
         "its deadline is unknown, and then known. impact: they met on their way from one pose to the next,\n"
-        "of bodies with ccd. foretold: they will meet within --horizon, and averted: no more. The times of\n"
+        "of bodies with ccd. predicted: they will meet within --horizon, and averted: no more. The times of\n"
         "both are in seconds from the pose that the way began with, or from the newest pose: apart before\n"
         "the first, touching at the second, both proven; inf is a contact that is not proven. alive (JSON:\n"
         "heartbeat): nothing has changed for a second. missing: clients in lock-step that a step was done\n"
@@ -75,10 +75,10 @@ const ctl_verb ctl_verbs[] = {
         "  kB/s    of the batches of events, in LCM's encoding, if somebody reads every stream; 'bodies'\n"
         "          is what was told of whole ones\n"
         "  tick    deciding and telling, the least of three replays: mean without the slowest 1 %, and 99th\n"
-        "          percentile; ticks in which a geometry, a body or an interest is announced are left out\n"
+        "          percentile; ticks in which a geometry, a body or a subscription is announced are left out\n"
         "\n"
         "Recommended is, of the accuracies that tell the same events as exact, the finest that costs at most a\n"
-        "tenth more per tick than the cheapest; interests ask for it by relative_tolerance, watch by --relative,\n"
+        "tenth more per tick than the cheapest; subscriptions ask for it by relative_tolerance, watch by --relative,\n"
         "and bounds by boxes by their accuracy. A budget of the recorded daemon is not kept. The picture shows\n"
         "time against error; what no other accuracy beats in both is joined by a line (the Pareto front). It\n"
         "needs gnuplot (package gnuplot-nox).\n"},

@@ -266,7 +266,7 @@ static void create_bodies(arm *a, collided *c, const load_bodies *links)
 
 static void subscribe(collided *c, senses *s)
 {
-    collided_interest_def distances = collided_interest_def_default();
+    collided_subscription_def distances = collided_subscription_def_default();
     distances.facts = COLLIDED_DISTANCE;
     distances.select_a = "group:arm";
     distances.select_b = "group:vehicle";
@@ -276,7 +276,7 @@ static void subscribe(collided *c, senses *s)
     distances.context = s;
     collided_subscribe(c, &distances);
 
-    collided_interest_def touches = collided_interest_def_default();
+    collided_subscription_def touches = collided_subscription_def_default();
     touches.select_a = "tool_link";
     touches.select_b = "group:part";
     touches.threshold_m = TOUCH_THRESHOLD_M;

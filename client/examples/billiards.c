@@ -1,9 +1,9 @@
 /* billiards: sixteen balls on a table with four cushions, and a break shot. Balls glide in straight lines from impact
- * to impact, so that the daemon's foretelling is exact: the simulation goes from the heap's earliest impact to the
+ * to impact, so that the daemon's predicting is exact: the simulation goes from the heap's earliest impact to the
  * next, whenever that is, and has no time step.
  *
- * With losses, rolling slows the balls: a path is then no longer what its velocity foretells. Each body states by how
- * much it may accelerate (collided_body_def.acceleration_m_s2); what is foretold is then a time before which there is
+ * With losses, rolling slows the balls: a path is then no longer what its velocity predicts. Each body states by how
+ * much it may accelerate (collided_body_def.acceleration_m_s2); what is predicted is then a time before which there is
  * certainly no contact. The simulation goes there and asks again; as the balls come nearer the bound comes nearer to
  * the truth, quadratically, until they are within the tolerance. One thread. */
 #include "impact_scene.h"
@@ -18,7 +18,7 @@ static const double RACK_GAP = 1e-4;    /* m: balls are never quite in touch */
 static const double ROLLING_M_S2 = 0.1; /* 0.01 g */
 static const double BALL_RESTITUTION = 0.95, CUSHION_RESTITUTION = 0.75;
 static const double HORIZON_S = 0.5, TOLERANCE_M = 1e-9;
-static const double NOW_S = 1e-9;    /* foretold for so soon: it is there */
+static const double NOW_S = 1e-9;    /* predicted for so soon: it is there */
 static const double BESIDE_S = 1e-3; /* two that part within the tolerance: look again after this */
 
 /* ---- the table ---- */

@@ -1,12 +1,13 @@
 /* box_stack: five boxes fall onto a floor, bounce, and come to rest on each other. Two kinds of contact, apart: impacts
- * (the daemon foretells them; Poisson's restitution), and resting on one another (manifolds of all that is nearer than
+ * (the daemon predicts them; Poisson's restitution), and resting on one another (manifolds of all that is nearer than
  * a margin; impulses that keep a gap, without restitution).
  *
- * Gravity bends paths, and what is foretold is foretold of straight ones. So the motion is cut into short steps, each a
- * straight chord: for a body in free fall from where it is to where the parabola ends, which is exact there, and on the
- * way below the parabola by at most g h^2 / 8 = 21 um; for bodies that touch, with the speed of the step's end. Each
- * chord is published and goes no farther than its earliest impact's lower bound: so no body ever gets into another.
- * (Stated accelerations, as in billiards, would tell of every resting pair that it may meet at once.) One thread. */
+ * Gravity bends paths, and what is predicted is predicted of straight ones. So the motion is cut into short steps, each
+ * a straight chord: for a body in free fall from where it is to where the parabola ends, which is exact there, and on
+ * the way below the parabola by at most g h^2 / 8 = 21 um; for bodies that touch, with the speed of the step's end.
+ * Each chord is published and goes no farther than its earliest impact's lower bound: so no body ever gets into
+ * another. (Stated accelerations, as in billiards, would tell of every resting pair that it may meet at once.) One
+ * thread. */
 #include "impact_scene.h"
 
 #include <math.h>
@@ -100,7 +101,7 @@ static void impacts(pile *p)
     if (hard) scene_collide(p->r, p->l, touching, count);
 }
 
-/* What comes fast is not there yet: it is held by nothing, and its impact is foretold. */
+/* What comes fast is not there yet: it is held by nothing, and its impact is predicted. */
 static void drop_fast(pile *p)
 {
     touch kept[LOCKSTEP_TOUCHES];
@@ -182,7 +183,7 @@ static void advance(pile *p, double seconds)
     scene_note_state(p->r, p->l);
 }
 
-/* First where they are: the answer has the manifolds. Where nothing touches, it foretells this step as well; else what
+/* First where they are: the answer has the manifolds. Where nothing touches, it predicts this step as well; else what
  * they now do is published in its turn. */
 static bool step(pile *p)
 {

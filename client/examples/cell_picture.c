@@ -136,7 +136,7 @@ static void on_touches(void *context, const collided_batch *batch)
 
 static bool subscribe(artist *a, collided *c)
 {
-    collided_interest_def distances = collided_interest_def_default(), touches = distances;
+    collided_subscription_def distances = collided_subscription_def_default(), touches = distances;
     distances.facts = COLLIDED_DISTANCE;
     distances.select_a = "group:arm";
     distances.select_b = "group:vehicle";

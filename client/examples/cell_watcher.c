@@ -1,6 +1,6 @@
 /* cell_watcher: prints what happens in the cell: contacts of any two bodies as they begin, go on and end, and how near
- * the arm and the vehicle are, and will be. Shows three interests of one client, and how intervals and ages are read.
- * One thread. */
+ * the arm and the vehicle are, and will be. Shows three subscriptions of one client, and how intervals and ages are
+ * read. One thread. */
 #include "example.h"
 
 #include <math.h>
@@ -10,8 +10,8 @@
 
 static const double THRESHOLD_M = 0.001;       /* nearer than this counts as touching */
 static const double RANGE_M = 0.6;             /* arm and vehicle are watched from here on */
-static const double HORIZON_S = 1;             /* so far ahead is foretold that they come too near */
-static const double APPROACH_S = 1;            /* what was not foretold for so long is another approach */
+static const double HORIZON_S = 1;             /* so far ahead is predicted that they come too near */
+static const double APPROACH_S = 1;            /* what was not predicted for so long is another approach */
 static const int64_t NEAR_LINE_NS = 250000000; /* at most four lines a second say how near */
 
 enum { NAME_MAX_BYTES = 128 };
@@ -27,10 +27,10 @@ typedef struct watcher {
     gap nearest; /* nearest of all */
     double oldest_s;
     unsigned long begins, updates, ends, nears, unknowns, lost;
-    unsigned long approaches;    /* that were foretold, ... */
+    unsigned long approaches;    /* that were predicted, ... */
     double first_ahead_s;        /* ... the first one so long before */
-    int64_t foretold_ns;         /* when one was last, monotonic */
-    bool has_contacts, has_gaps; /* the first snapshot of each interest came */
+    int64_t predicted_ns;        /* when one was last, monotonic */
+    bool has_contacts, has_gaps; /* the first snapshot of each subscription came */
 } watcher;
 
 static double age_of(const collided_event *e)
@@ -106,36 +106,37 @@ static void on_gaps(void *context, const collided_batch *batch)
     }
 }
 
-/* "Contact" is here to be nearer than the protective distance. One line an approach, whichever pairs it is foretold of.
+/* "Contact" is here to be nearer than the protective distance. One line an approach, whichever pairs it is predicted
+ * of.
  */
-static void on_foretold(void *context, const collided_batch *batch)
+static void on_predicted(void *context, const collided_batch *batch)
 {
     watcher *w = context;
     for (size_t i = 0; i < batch->event_count; i++) {
         const collided_event *e = &batch->events[i];
-        if (e->kind != COLLIDED_EVENT_FORETOLD) continue;
+        if (e->kind != COLLIDED_EVENT_PREDICTED) continue;
         double ahead_s =
             e->impact->lo_s - fmax(0, fmin(e->age_a_s, e->age_b_s)); /* its time counts from the newer pose */
         int64_t now_ns = example_now_ns();
-        if (ahead_s > 0 && (w->approaches == 0 || now_ns - w->foretold_ns > (int64_t)(1e9 * APPROACH_S))) {
+        if (ahead_s > 0 && (w->approaches == 0 || now_ns - w->predicted_ns > (int64_t)(1e9 * APPROACH_S))) {
             if (w->approaches++ == 0) w->first_ahead_s = ahead_s;
-            example_note(w->e, "foretold: %s and %s nearer than %.0f mm in %.2f s, closing at %.2f m/s%s", e->name_a,
+            example_note(w->e, "predicted: %s and %s nearer than %.0f mm in %.2f s, closing at %.2f m/s%s", e->name_a,
                 e->name_b, 1e3 * EXAMPLE_PROTECTIVE_M, ahead_s, e->closing_m_s,
                 e->impact->estimated ? " (estimated)" : "");
         }
-        w->foretold_ns = now_ns;
+        w->predicted_ns = now_ns;
     }
 }
 
 static bool subscribe(collided *c, watcher *w)
 {
-    collided_interest_def contacts = collided_interest_def_default();
+    collided_subscription_def contacts = collided_subscription_def_default();
     contacts.threshold_m = THRESHOLD_M;
     contacts.rate_hz = 1; /* of updates; begin and end are told at once */
     contacts.callback = on_contacts;
     contacts.context = w;
 
-    collided_interest_def gaps = collided_interest_def_default();
+    collided_subscription_def gaps = collided_subscription_def_default();
     gaps.facts = COLLIDED_DISTANCE;
     gaps.select_a = "group:arm";
     gaps.select_b = "group:vehicle";
@@ -145,12 +146,12 @@ static bool subscribe(collided *c, watcher *w)
     gaps.callback = on_gaps;
     gaps.context = w;
 
-    collided_interest_def approaches = gaps;
-    approaches.facts = COLLIDED_FORETELL;
+    collided_subscription_def approaches = gaps;
+    approaches.facts = COLLIDED_PREDICT;
     approaches.range_m = 0;
     approaches.threshold_m = EXAMPLE_PROTECTIVE_M;
     approaches.horizon_s = HORIZON_S;
-    approaches.callback = on_foretold;
+    approaches.callback = on_predicted;
 
     bool asked = collided_subscribe(c, &contacts).id != COLLIDED_NONE &&
                  collided_subscribe(c, &gaps).id != COLLIDED_NONE &&
@@ -190,7 +191,7 @@ static void text_summary(const watcher *w)
     printf("summary: %lu begins, %lu ends, %lu updates, %lu distances", w->begins, w->ends, w->updates, w->nears);
     if (g->known) printf("; nearest %.3f .. %.3f mm (%s, %s)", 1e3 * g->lo, 1e3 * g->hi, g->a, g->b);
     printf("; oldest pose used %.1f ms old", 1e3 * w->oldest_s);
-    if (w->approaches) printf("; %lu approaches foretold, the first %.2f s ahead", w->approaches, w->first_ahead_s);
+    if (w->approaches) printf("; %lu approaches predicted, the first %.2f s ahead", w->approaches, w->first_ahead_s);
     if (w->unknowns) printf("; %lu times unknown", w->unknowns);
     if (w->lost) printf("; %lu batches lost", w->lost);
     putchar('\n');

@@ -63,7 +63,7 @@ void dynamics_relax(rigid *bodies, touch *touches, size_t count);
  * then each point gives back its restitution's share of the normal impulse that this took. */
 void dynamics_collide(rigid *bodies, touch *touches, size_t count);
 
-/* On a straight line, turning at a constant rate, for so long: the motion that collided foretells. */
+/* On a straight line, turning at a constant rate, for so long: the motion that collided predicts. */
 void dynamics_advance(rigid *body, vector linear, double seconds);
 
 double dynamics_kinetic(const rigid *bodies, size_t count); /* J */

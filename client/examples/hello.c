@@ -31,9 +31,9 @@ int main(int argc, char **argv)
     if (!c) return fprintf(stderr, "hello: %s\n", collided_connect_error()), 1;
     create(c, "block", COLLIDED_FIXED, collided_box(0.2, 0.2, 0.2));
     collided_body ball = create(c, "ball", COLLIDED_MOVING, collided_sphere(0.05));
-    collided_interest_def interest = collided_interest_def_default();
-    interest.callback = on_events;
-    collided_subscribe(c, &interest);
+    collided_subscription_def subscription = collided_subscription_def_default();
+    subscription.callback = on_events;
+    collided_subscribe(c, &subscription);
 
     collided_pose pose = collided_pose_identity();
     for (int i = 0; i < 600; i++) {

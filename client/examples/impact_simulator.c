@@ -1,5 +1,5 @@
-/* impact_simulator: rigid bodies whose impacts the collision daemon foretells, in lock-step with it: billiards, and a
- * stack of boxes. Shows prediction (COLLIDED_FORETELL) with its bracket, manifolds, stated accelerations, and a
+/* impact_simulator: rigid bodies whose impacts the collision daemon predicts, in lock-step with it: billiards, and a
+ * stack of boxes. Shows prediction (COLLIDED_PREDICT) with its bracket, manifolds, stated accelerations, and a
  * simulation that two runs repeat bit for bit, over DDS as over LCM. At the end a summary tells what came of it, and
  * the exit status whether the bounds that it states were kept. One thread. */
 #include "impact_scene.h"

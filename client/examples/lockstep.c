@@ -43,7 +43,7 @@ static void on_impacts(void *context, const collided_batch *batch)
     if (batch->step != l->step || l->answered[0] == l->step) return;
     for (size_t i = 0; i < batch->event_count; i++) {
         const collided_event *e = &batch->events[i];
-        if (e->kind != COLLIDED_EVENT_FORETOLD) continue;
+        if (e->kind != COLLIDED_EVENT_PREDICTED) continue;
         impact_push(&l->heap, (impact){.lo_s = e->impact->lo_s,
                                   .gap_lo = e->lo,
                                   .gap_hi = e->hi,
@@ -161,11 +161,11 @@ void lockstep_body(lockstep *l, rigid body, collided_shape shape, double acceler
 
 bool lockstep_begin(lockstep *l, const lockstep_terms *terms)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.select_a = def.select_b = "group:simulated";
     def.context = l;
     def.tolerance_m = terms->tolerance_m;
-    def.facts = COLLIDED_FORETELL;
+    def.facts = COLLIDED_PREDICT;
     def.horizon_s = terms->horizon_s;
     def.callback = on_impacts;
     bool asked = collided_subscribe(l->client, &def).id != COLLIDED_NONE;

@@ -10,7 +10,7 @@
 enum { LOCKSTEP_BODIES = 32, LOCKSTEP_TOUCHES = 1024 };
 
 typedef struct lockstep_terms {
-    double horizon_s;   /* impacts are foretold for so long */
+    double horizon_s;   /* impacts are predicted for so long */
     double tolerance_m; /* of the distance at which bodies are when an impact is told */
     double margin_m;    /* where they are nearer than this, touches tell; 0: where they are in each other */
 } lockstep_terms;
@@ -25,7 +25,7 @@ typedef struct lockstep {
     long round_trips;
     int64_t begin_ns;                /* of example_now_ns, when all bodies were there */
     double deepest_m;                /* how deep one body was in another, of all that was told */
-    impact_heap heap;                /* answer: what is foretold, nearest first */
+    impact_heap heap;                /* answer: what is predicted, nearest first */
     touch touches[LOCKSTEP_TOUCHES]; /* answer: where bodies touch, in the order of their numbers */
     size_t touch_count;
     bool lost; /* more was told than there is room for, or a name that is not ours */

@@ -47,7 +47,7 @@ static size_t stream_write(struct aiFile *f, const char *from, size_t width, siz
     return 0;
 }
 
-static size_t stream_tell(struct aiFile *f)
+static size_t stream_report(struct aiFile *f)
 {
     return stream_of(f)->at;
 }
@@ -86,7 +86,7 @@ static struct aiFile *open_stream(struct aiFileIO *io, const char *path, const c
     if (!s) return NULL;
     s->head = (struct aiFile){.ReadProc = stream_read,
         .WriteProc = stream_write,
-        .TellProc = stream_tell,
+        .TellProc = stream_report,
         .FileSizeProc = stream_size,
         .SeekProc = stream_seek,
         .FlushProc = stream_flush};

@@ -18,7 +18,7 @@ typedef struct broad_move {
     bool fixed;     /* does not pair with what is fixed, too */
     bool passive;   /* the filter refuses all its pairs: nobody searches around it. From the put on in which that is so
                        no more, which needs a refilter */
-    aabb box;       /* tight, world frame, widened already by whatever range interests need */
+    aabb box;       /* tight, world frame, widened already by whatever range subscriptions need */
     double margin;  /* m, by which to fatten on all sides when it is given a new fat box; >= 0 */
     vec3 motion;    /* m, how far it is expected to move until the next put: the new fat box reaches ahead */
 } broad_move;
@@ -116,7 +116,7 @@ void broad_take_leaving(broad *b, uint32_t proxy); /* it is there, and leaves */
 /* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
  * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */
 broad_kind broad_index_kind(const broad *b);
-void broad_tell_index(const broad *b, char text[96]);
+void broad_report_index(const broad *b, char text[96]);
 size_t broad_proxy_count(const broad *b);
 /* Gives memory back that only a larger world needs, unless something is queued; what the last update told is gone. */
 void broad_trim(broad *b);

@@ -103,7 +103,7 @@ broad_kind broad_index_kind(const broad *b)
     return b->index->kind;
 }
 
-void broad_tell_index(const broad *b, char text[96])
+void broad_report_index(const broad *b, char text[96])
 {
     const char *name = broad_kind_name(b->index->kind);
     if (b->kind != BROAD_AUTO)

@@ -122,7 +122,7 @@ bool datagram_filter_attach(int fd)
 
 uint32_t datagram_drops(int fd)
 {
-    uint32_t told[SK_MEMINFO_VARS] = {0};
-    socklen_t size = sizeof told;
-    return getsockopt(fd, SOL_SOCKET, SO_MEMINFO, told, &size) == 0 ? told[SK_MEMINFO_DROPS] : 0;
+    uint32_t reported[SK_MEMINFO_VARS] = {0};
+    socklen_t size = sizeof reported;
+    return getsockopt(fd, SOL_SOCKET, SO_MEMINFO, reported, &size) == 0 ? reported[SK_MEMINFO_DROPS] : 0;
 }

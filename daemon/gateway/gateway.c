@@ -27,7 +27,7 @@ typedef struct gateway {
     wire_memory *memory;
     pipe_buffer to_daemon;
     pipe_buffer from_daemon;
-    time_t drops_told_s;
+    time_t drops_reported_s;
     uint32_t drops; /* datagrams that the daemon was told of */
 } gateway;
 
@@ -83,12 +83,12 @@ static bool publish_what_came(gateway *g)
 }
 
 /* Once a second, as far as anything wakes us: the daemon's Status does. */
-static void tell_of_drops(gateway *g)
+static void report_of_drops(gateway *g)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
-    if (now.tv_sec == g->drops_told_s) return;
-    g->drops_told_s = now.tv_sec;
+    if (now.tv_sec == g->drops_reported_s) return;
+    g->drops_reported_s = now.tv_sec;
     uint32_t drops = confine_drops(), more = drops - g->drops;
     g->drops = drops;
     if (more) memcpy(pipe_put(&g->to_daemon, PIPE_DROPPED, "", sizeof more), &more, sizeof more);
@@ -105,7 +105,7 @@ static void serve(gateway *g)
         if (p[0].revents && pipe_read(&g->from_daemon, PIPE_FD) < 0) return;
         if (!publish_what_came(g)) return;
         if (!full && (p[1].revents & POLLIN)) lcm_handle(g->lcm);
-        tell_of_drops(g);
+        report_of_drops(g);
         if (!pipe_send(&g->to_daemon, PIPE_FD)) return;
     }
 }

@@ -36,7 +36,7 @@ bool gateway_words_read(gateway_words *w)
     return n > 0;
 }
 
-void gateway_words_tell(gateway_words *w)
+void gateway_words_report(gateway_words *w)
 {
     w->keep = false;
     if (*w->first) log_error("%s", w->first);

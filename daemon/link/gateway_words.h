@@ -15,8 +15,8 @@ typedef struct gateway_words {
 } gateway_words;
 
 void gateway_words_begin(gateway_words *w, int fd, bool keep);
-bool gateway_words_read(gateway_words *w); /* what is there now; false: there will be no more */
-void gateway_words_tell(gateway_words *w); /* it has started: what was kept goes into the log, and all that follows */
-void gateway_words_end(gateway_words *w);  /* reads the rest, and closes */
+bool gateway_words_read(gateway_words *w);   /* what is there now; false: there will be no more */
+void gateway_words_report(gateway_words *w); /* it has started: what was kept goes into the log, and all that follows */
+void gateway_words_end(gateway_words *w);    /* reads the rest, and closes */
 
 #endif

@@ -26,8 +26,8 @@
 
 enum { LAST_WORDS_MS = 500 /* closing: for acknowledgements still to come */ };
 
-static const wire_kind kinds_in[] = {
-    WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
+static const wire_kind kinds_in[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION, WIRE_POSE_BATCH,
+    WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
 static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
 static const wire_kind kinds_reply[] = {WIRE_ANSWER, WIRE_ANSWER, WIRE_REJECT, WIRE_ACK};
 static_assert(sizeof kinds_in / sizeof kinds_in[0] == LINK_DDS_IN, "a reader each");
@@ -342,9 +342,9 @@ static int dds_link_peer_join(struct link *head, int64_t lease_ns)
     return dds_peers_join(&l->peers, l->participant, lease_ns) ? 0 : -1;
 }
 
-static void dds_link_peer_say(struct link *head, const peer_card *card)
+static void dds_link_peer_say(struct link *head, const peer_announcement *announcement)
 {
-    dds_peers_say(&link_dds_of(head)->peers, card);
+    dds_peers_say(&link_dds_of(head)->peers, announcement);
 }
 
 static bool dds_link_peer_send(struct link *head, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)

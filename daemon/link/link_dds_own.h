@@ -54,7 +54,7 @@ typedef struct stream {
     writer *out;         /* its own, or the shared one: */
     shared_events *shared;
     int64_t client; /* whose stream a shared one is, */
-    bool told;      /* and the sink has been told that he reads */
+    bool reported;  /* and the sink has been told that he reads */
 } stream;
 
 /* Deletes the writers of streams that have been closed. */

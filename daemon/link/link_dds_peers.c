@@ -55,14 +55,14 @@ static void on_peer_liveliness(dds_entity_t reader, const dds_liveliness_changed
 /* ---- joining ---- */
 
 static dds_entity_t open_end(
-    dds_peers *p, dds_entity_t topic, bool cards, bool writes, int64_t lease_ns, dds_listener_t *listener)
+    dds_peers *p, dds_entity_t topic, bool announcements, bool writes, int64_t lease_ns, dds_listener_t *listener)
 {
     dds_qos_t *q = dds_create_qos();
     dds_qset_reliability(q, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
-    dds_qset_durability(q, cards ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
-    dds_qset_history(q, DDS_HISTORY_KEEP_LAST, cards ? 1 : PIECES_KEPT);
+    dds_qset_durability(q, announcements ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+    dds_qset_history(q, DDS_HISTORY_KEEP_LAST, announcements ? 1 : PIECES_KEPT);
     if (writes) dds_qset_writer_data_lifecycle(q, false);
-    if (writes && cards) dds_qset_liveliness(q, DDS_LIVELINESS_AUTOMATIC, lease_ns);
+    if (writes && announcements) dds_qset_liveliness(q, DDS_LIVELINESS_AUTOMATIC, lease_ns);
     if (!writes) dds_qset_ignorelocal(q, DDS_IGNORELOCAL_PARTICIPANT);
     dds_entity_t end = writes ? dds_create_writer(p->participant, topic, q, NULL)
                               : dds_create_reader(p->participant, topic, q, listener);
@@ -70,35 +70,35 @@ static dds_entity_t open_end(
     return end;
 }
 
-/* The writers come first: who reads a card can be written to. */
+/* The writers come first: who reads a announcement can be written to. */
 bool dds_peers_join(dds_peers *p, dds_entity_t participant, int64_t lease_ns)
 {
     p->participant = participant;
-    dds_entity_t cards = dds_create_topic(participant, &collided_Peer_desc, "collided_Peer", NULL, NULL);
+    dds_entity_t announcements = dds_create_topic(participant, &collided_Peer_desc, "collided_Peer", NULL, NULL);
     dds_entity_t journal = dds_create_topic(participant, &collided_Journal_desc, "collided_Journal", NULL, NULL);
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_data_available_arg(listener, on_peer_data, p, true);
     p->journal_out = open_end(p, journal, false, true, 0, NULL);
     p->journal_in = open_end(p, journal, false, false, 0, listener);
-    p->cards_out = open_end(p, cards, true, true, lease_ns, NULL);
+    p->announcements_out = open_end(p, announcements, true, true, lease_ns, NULL);
     dds_lset_liveliness_changed_arg(listener, on_peer_liveliness, p, true);
-    p->cards_in = open_end(p, cards, true, false, 0, listener);
+    p->announcements_in = open_end(p, announcements, true, false, 0, listener);
     dds_delete_listener(listener);
-    return p->journal_out > 0 && p->journal_in > 0 && p->cards_out > 0 && p->cards_in > 0;
+    return p->journal_out > 0 && p->journal_in > 0 && p->announcements_out > 0 && p->announcements_in > 0;
 }
 
 /* ---- sending ---- */
 
-void dds_peers_say(dds_peers *p, const peer_card *card)
+void dds_peers_say(dds_peers *p, const peer_announcement *announcement)
 {
-    const collided_Peer sample = {.sender = card->sender,
-        .epoch = card->epoch,
-        .role = card->role,
-        .name = (char *)(uintptr_t)card->name,
-        .release = (char *)(uintptr_t)card->release};
-    dds_return_t written = dds_write(p->cards_out, &sample);
+    const collided_Peer sample = {.sender = announcement->sender,
+        .epoch = announcement->epoch,
+        .role = announcement->role,
+        .name = (char *)(uintptr_t)announcement->name,
+        .release = (char *)(uintptr_t)announcement->release};
+    dds_return_t written = dds_write(p->announcements_out, &sample);
     if (written != DDS_RETCODE_OK) log_warning("DDS: Peer: %s", dds_strretcode(written));
-    dds_write_flush(p->cards_out);
+    dds_write_flush(p->announcements_out);
 }
 
 bool dds_peers_send(dds_peers *p, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
@@ -124,12 +124,12 @@ bool dds_peers_send(dds_peers *p, int64_t sender, uint8_t kind, const uint8_t *b
 static dds_peer *peer_of_sender(dds_peers *p, int64_t sender)
 {
     for (size_t i = 0; i < p->peers.count; i++)
-        if (p->peers.at[i].card.sender == sender) return &p->peers.at[i];
-    array_push(&p->peers, ((dds_peer){.card = {.sender = sender}}));
+        if (p->peers.at[i].announcement.sender == sender) return &p->peers.at[i];
+    array_push(&p->peers, ((dds_peer){.announcement = {.sender = sender}}));
     return &p->peers.at[p->peers.count - 1];
 }
 
-/* A card may be read before or after news of its writer that came earlier or later: the news alone count. */
+/* A announcement may be read before or after news of its writer that came earlier or later: the news alone count. */
 static bool is_alive(const dds_peers *p, dds_instance_handle_t writer)
 {
     for (size_t i = 0; i < p->writers.count; i++)
@@ -137,28 +137,29 @@ static bool is_alive(const dds_peers *p, dds_instance_handle_t writer)
     return true;
 }
 
-static void take_card(dds_peers *p, const collided_Peer *sample, dds_instance_handle_t writer, const peer_sink *sink)
+static void take_announcement(
+    dds_peers *p, const collided_Peer *sample, dds_instance_handle_t writer, const peer_sink *sink)
 {
     dds_peer *at = peer_of_sender(p, sample->sender);
     at->writer = writer;
-    at->card = (peer_card){
+    at->announcement = (peer_announcement){
         .sender = sample->sender, .epoch = sample->epoch, .role = sample->role, .alive = is_alive(p, writer)};
-    snprintf(at->card.name, sizeof at->card.name, "%s", sample->name ? sample->name : "");
-    snprintf(at->card.release, sizeof at->card.release, "%s", sample->release ? sample->release : "");
-    peer_card card = at->card;
-    sink->card(sink->context, &card);
+    snprintf(at->announcement.name, sizeof at->announcement.name, "%s", sample->name ? sample->name : "");
+    snprintf(at->announcement.release, sizeof at->announcement.release, "%s", sample->release ? sample->release : "");
+    peer_announcement announcement = at->announcement;
+    sink->announcement(sink->context, &announcement);
 }
 
-static void take_cards(dds_peers *p, const peer_sink *sink)
+static void take_announcements(dds_peers *p, const peer_sink *sink)
 {
     void *samples[TAKE_MAX] = {NULL};
     dds_sample_info_t infos[TAKE_MAX];
     int n;
     do {
-        n = dds_take(p->cards_in, samples, infos, TAKE_MAX, TAKE_MAX);
+        n = dds_take(p->announcements_in, samples, infos, TAKE_MAX, TAKE_MAX);
         for (int i = 0; i < n; i++)
-            if (infos[i].valid_data) take_card(p, samples[i], infos[i].publication_handle, sink);
-        if (n > 0) dds_return_loan(p->cards_in, samples, n);
+            if (infos[i].valid_data) take_announcement(p, samples[i], infos[i].publication_handle, sink);
+        if (n > 0) dds_return_loan(p->announcements_in, samples, n);
     } while (n == TAKE_MAX);
 }
 
@@ -202,7 +203,7 @@ static void take_pieces(dds_peers *p, const peer_sink *sink)
 static void forget_dead(dds_peers *p)
 {
     for (size_t i = p->peers.count; i-- > 0 && p->peers.count > REMEMBERED;) {
-        if (p->peers.at[i].card.alive) continue;
+        if (p->peers.at[i].announcement.alive) continue;
         array_free(&p->peers.at[i].assembled);
         p->peers.at[i] = p->peers.at[--p->peers.count];
     }
@@ -218,10 +219,10 @@ static void take_peer_news(dds_peers *p, const dds_peer_news *news, const peer_s
     p->writers.at[place].alive = news->alive;
     for (size_t i = 0; i < p->peers.count; i++) {
         dds_peer *at = &p->peers.at[i];
-        if (at->writer != news->writer || at->card.alive == news->alive) continue;
-        at->card.alive = news->alive;
-        peer_card card = at->card;
-        sink->card(sink->context, &card);
+        if (at->writer != news->writer || at->announcement.alive == news->alive) continue;
+        at->announcement.alive = news->alive;
+        peer_announcement announcement = at->announcement;
+        sink->announcement(sink->context, &announcement);
     }
 }
 
@@ -233,7 +234,7 @@ void dds_peers_receive(dds_peers *p, const peer_sink *sink)
     for (size_t i = 0; i < p->news.count; i++) array_push(&news, p->news.at[i]);
     p->news.count = 0;
     pthread_mutex_unlock(&p->lock);
-    take_cards(p, sink);
+    take_announcements(p, sink);
     take_pieces(p, sink);
     for (size_t i = 0; i < news.count; i++) take_peer_news(p, &news.at[i], sink);
     forget_dead(p);

@@ -66,9 +66,9 @@ static void report_shared(link_dds *l, shared_events *shared, const link_sink *s
     size_t count = participants_of(shared->out.entity, participants, MOST);
     for (size_t i = 0; i < l->streams.count; i++) {
         stream *s = l->streams.at[i];
-        if (s->shared != shared || s->told) continue;
-        s->told = is_among(speakers_participant(&l->speakers, s->client), participants, count);
-        if (s->told) sink->stream_reader(sink->context, &l->head, s->name);
+        if (s->shared != shared || s->reported) continue;
+        s->reported = is_among(speakers_participant(&l->speakers, s->client), participants, count);
+        if (s->reported) sink->stream_reader(sink->context, &l->head, s->name);
     }
     free(participants);
 }
@@ -253,10 +253,10 @@ static void closer_end(stream_closer *c)
 }
 
 /* The sink may have been told when it had no such stream. */
-static void tell_readers_again(link_dds *l, stream *s)
+static void report_readers_again(link_dds *l, stream *s)
 {
     dds_publication_matched_status_t status;
-    s->told = false;
+    s->reported = false;
     if (s->shared)
         link_dds_notice(l, &s->shared->matched);
     else if (dds_get_publication_matched_status(s->own.entity, &status) == DDS_RETCODE_OK && status.current_count)
@@ -270,7 +270,7 @@ void link_dds_stream_open(struct link *head, const char *name)
     assert(!l->on_arrival);
     size_t i = stream_place(l, name, &found);
     if (found) {
-        tell_readers_again(l, l->streams.at[i]);
+        report_readers_again(l, l->streams.at[i]);
         return;
     }
     array_reserve(&l->streams, l->streams.count + 1);

@@ -60,8 +60,8 @@ static void mark_removed(wire_message *m, int64_t sequence)
     case WIRE_BODY:
         m->body.removed = 1;
         break;
-    case WIRE_INTEREST:
-        m->interest.removed = 1;
+    case WIRE_SUBSCRIPTION:
+        m->subscription.removed = 1;
         break;
     default:
         break;
@@ -260,7 +260,7 @@ static void forget_batch(void *context, void *message)
 }
 
 /* Nothing of a lost client comes after the news of its loss. */
-static void tell_lost(link_dds *l, const link_sink *sink, int64_t client)
+static void report_lost(link_dds *l, const link_sink *sink, int64_t client)
 {
     turns_each(&l->waiting, forget_batch, &client);
     sink->client_lost(sink->context, &l->head, client);
@@ -358,7 +358,7 @@ size_t link_dds_receive(struct link *head, const link_sink *sink)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     link_dds_streams_report(l, sink);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
-    while (speakers_lost(&l->speakers, &client)) tell_lost(l, sink, client);
+    while (speakers_lost(&l->speakers, &client)) report_lost(l, sink, client);
     metric_count(l->messages_in, messages);
     return messages;
 }

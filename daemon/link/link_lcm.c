@@ -114,7 +114,7 @@ static void enqueue(link_lcm *l, const pipe_frame *f)
 {
     if (f->kind == PIPE_READY) {
         l->ready = true;
-        gateway_words_tell(&l->words);
+        gateway_words_report(&l->words);
         pthread_cond_signal(&l->settled);
         return;
     }

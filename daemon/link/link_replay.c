@@ -18,9 +18,9 @@ typedef struct link_replay {
     wire_log_reader *reader;
     replay_state state;
     wire_log_tick tick;
-    char why[256];        /* what is wrong with the log; "" = nothing */
-    ARRAY(uint8_t) told;  /* events of the tick, as link_replay_events tells them */
-    ARRAY(uint8_t) whole; /* what has come of a state */
+    char why[256];           /* what is wrong with the log; "" = nothing */
+    ARRAY(uint8_t) reported; /* events of the tick, as link_replay_events tells them */
+    ARRAY(uint8_t) whole;    /* what has come of a state */
     link_replay_listener listener;
     void *listener_context;
     metric *messages_in, *skipped, *unfinished;
@@ -52,18 +52,18 @@ static int replay_open(struct link *head, const link_options *options, char *why
     return 0;
 }
 
-static void keep_told(link_replay *l, const wire_log_entry *e)
+static void keep_reported(link_replay *l, const wire_log_entry *e)
 {
-    size_t at = l->told.count;
-    array_reserve(&l->told, at + sizeof e->data_size + e->data_size);
-    memcpy(l->told.at + at, &e->data_size, sizeof e->data_size);
-    memcpy(l->told.at + at + sizeof e->data_size, e->data, e->data_size);
-    l->told.count += sizeof e->data_size + e->data_size;
+    size_t at = l->reported.count;
+    array_reserve(&l->reported, at + sizeof e->data_size + e->data_size);
+    memcpy(l->reported.at + at, &e->data_size, sizeof e->data_size);
+    memcpy(l->reported.at + at + sizeof e->data_size, e->data, e->data_size);
+    l->reported.count += sizeof e->data_size + e->data_size;
 }
 
-link_replay_told link_replay_events(struct link *head)
+link_replay_reported link_replay_events(struct link *head)
 {
-    return (link_replay_told){link_replay_of(head)->told.at, link_replay_of(head)->told.count};
+    return (link_replay_reported){link_replay_of(head)->reported.at, link_replay_of(head)->reported.count};
 }
 
 static void hand_over_entry(link_replay *l, const link_sink *sink, const wire_log_entry *e)
@@ -111,7 +111,7 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
     link_replay *l = link_replay_of(head);
     size_t messages = 0;
     wire_log_entry e;
-    if (l->state == REPLAY_BETWEEN) l->told.count = 0;
+    if (l->state == REPLAY_BETWEEN) l->reported.count = 0;
     while (l->state == REPLAY_BETWEEN) {
         uint64_t skipped = 0;
         int got = wire_log_next(l->reader, &e, &skipped, l->why, sizeof l->why);
@@ -125,7 +125,7 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
             l->tick = e.tick;
             l->state = REPLAY_TICK_READ;
         } else if (e.kind == WIRE_LOG_MESSAGE && e.message.kind == WIRE_EVENT_BATCH) {
-            keep_told(l, &e);
+            keep_reported(l, &e);
         } else if (e.kind == WIRE_LOG_STATE) {
             take_state_piece(l, sink, &e);
         } else {
@@ -179,7 +179,7 @@ static void replay_describe(struct link *head, char *text, size_t size)
 static void replay_close(struct link *head)
 {
     wire_log_end(link_replay_of(head)->reader);
-    array_free(&link_replay_of(head)->told);
+    array_free(&link_replay_of(head)->reported);
     array_free(&link_replay_of(head)->whole);
 }
 

@@ -18,11 +18,11 @@ bool link_replay_tick(struct link *l, wire_log_tick *out, char *why, size_t why_
 
 /* What the recording has of the events of that tick: EventBatch messages in LCM's encoding, each behind its size, a
  * size_t. Empty where none were recorded. Until the next link_receive. */
-typedef struct link_replay_told {
+typedef struct link_replay_reported {
     const uint8_t *bytes;
     size_t size;
-} link_replay_told;
-link_replay_told link_replay_events(struct link *l);
+} link_replay_reported;
+link_replay_reported link_replay_events(struct link *l);
 
 /* Who hears what the daemon publishes; nobody at first. */
 typedef void (*link_replay_listener)(void *context, const wire_message *m);

@@ -127,7 +127,7 @@ static bool has_patience(void *context)
 }
 
 /* All in a box, or by name: what was found is true. Else it is no answer: nobody knows what else is nearer. */
-static bool is_told_in_part(const wire_query *q)
+static bool is_reported_in_part(const wire_query *q)
 {
     return q->kind == WIRE_QUERY_BOX || q->kind == WIRE_QUERY_BODIES;
 }
@@ -138,7 +138,7 @@ static void answer_hits(reply *r, world_hits *hits, const wire_query *q)
     uint32_t n = hits->count < most ? (uint32_t)hits->count : most;
     size_t all = hits->count + hits->left_out;
     if (hits->gave_up) metric_count(r->s->count.queries_cut, 1);
-    if (hits->gave_up && !is_told_in_part(q)) {
+    if (hits->gave_up && !is_reported_in_part(q)) {
         array_free(hits);
         fail_query(r, WIRE_ANSWER_UNSUPPORTED,
             "the search was given up after %.0f ms, so that nobody waits for it: ask for less (a shorter length, a "

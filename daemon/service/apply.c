@@ -23,7 +23,7 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
     metric_count(s->count.rejects[why->reason], 1);
     log_warning("refused %s %" PRId64 " of client %016" PRIx64 ": %s: %s", wire_kind_name(kind), sequence,
         (uint64_t)client, wire_reason_name(why->reason), why->text);
-    if (!limits_tell_reject(s, client)) return;
+    if (!limits_report_reject(s, client)) return;
     wire_message m = {.kind = WIRE_REJECT,
         .reject = {WIRE_VERSION, client, sequence, s->epoch, (uint8_t)kind, object, (uint8_t)why->reason, why->text}};
     to->ops->publish(to, &m);
@@ -172,7 +172,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
     gather_rules(s, m);
     const double *at = m->pose.at;
     uint32_t id = b ? b->world_id : WORLD_NONE;
-    pose told = {vec(at[0], at[1], at[2]), {at[3], at[4], at[5], at[6]}};
+    pose reported = {vec(at[0], at[1], at[2]), {at[3], at[4], at[5], at[6]}};
     bool newer_pose = b && id != WORLD_NONE && *session_pose_sequence(c, b) > m->sequence;
     world_body def = {.name = m->name,
         .group = m->group,
@@ -187,7 +187,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
         .deadline_ns = m->deadline_ns,
         .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns,
         .stamp_is_now = !newer_pose && m->stamp_is_now,
-        .pose = newer_pose ? world_body_pose(s->world, id) : told,
+        .pose = newer_pose ? world_body_pose(s->world, id) : reported,
         .shapes = s->shapes.at,
         .shape_count = s->shapes.count,
         .rules = s->rules.at,
@@ -242,18 +242,19 @@ static wire_reason apply_body(service *s, session *c, const wire_body *m, wire_r
     return reason;
 }
 
-/* ---- interests ---- */
+/* ---- subscriptions ---- */
 
 static const double LONGEST_PERIOD_NS = 1e18; /* 30 years: a rate of next to nothing must still fit 64 bits */
 
-static wire_reason put_interest(service *s, session *c, const wire_interest *m, wire_refusal *why)
+static wire_reason put_subscription(service *s, session *c, const wire_subscription *m, wire_refusal *why)
 {
-    owned_interest *i = session_interest(c, m->interest);
+    owned_subscription *i = session_subscription(c, m->subscription);
     bool is_new = !i || !i->live;
-    if (is_new && !limits_interests(s, c, why)) return why->reason;
-    if (is_new && apply_limit(s, world_get_figures(s->world).interests, s->config.max_interests, "max_interests", why))
+    if (is_new && !limits_subscriptions(s, c, why)) return why->reason;
+    if (is_new && apply_limit(s, world_get_figures(s->world).subscriptions, s->config.max_subscriptions,
+                      "max_subscriptions", why))
         return why->reason;
-    world_interest def = {.facts = (unsigned)m->facts,
+    world_subscription def = {.facts = (unsigned)m->facts,
         .select_a = m->select_a,
         .select_b = m->select_b,
         .threshold = m->threshold_m,
@@ -264,29 +265,31 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
         .accuracy = (world_accuracy)m->accuracy,
         .horizon = m->horizon_s,
         .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0};
-    if (s->amend_interest) s->amend_interest(s->amend_context, &def);
+    if (s->amend_subscription) s->amend_subscription(s->amend_context, &def);
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
     if (stream_taken(s, c, m, id, why)) return why->reason; /* before anything has changed */
-    world_put_interest(s->world, &id, &def);
+    world_put_subscription(s->world, &id, &def);
     stream_open(s, c, m, id);
-    if (!i) i = session_add_interest(c, m->interest);
-    c->interest_count += is_new;
-    *i = (owned_interest){m->interest, id, m->sequence, true};
+    if (!i) i = session_add_subscription(c, m->subscription);
+    c->subscription_count += is_new;
+    *i = (owned_subscription){m->subscription, id, m->sequence, true};
     return WIRE_OK;
 }
 
-static wire_reason apply_interest(service *s, session *c, const wire_interest *m, wire_refusal *why)
+static wire_reason apply_subscription(service *s, session *c, const wire_subscription *m, wire_refusal *why)
 {
-    owned_interest *i = session_interest(c, m->interest);
+    owned_subscription *i = session_subscription(c, m->subscription);
     if (i && m->sequence <= i->sequence) {
         metric_count(s->count.duplicates, 1);
         return WIRE_OK;
     }
-    if (!m->removed) return put_interest(s, c, m, why);
-    if (!i) i = session_add_interest(c, m->interest); /* so that a late copy of its Interest does not begin it */
+    if (!m->removed) return put_subscription(s, c, m, why);
+    if (!i)
+        i = session_add_subscription(
+            c, m->subscription); /* so that a late copy of its Subscription does not begin it */
     if (i->live) {
-        stream_end(s, i->world_id, CAUSE_INTEREST);
-        c->interest_count--;
+        stream_end(s, i->world_id, CAUSE_SUBSCRIPTION);
+        c->subscription_count--;
     }
     i->live = false;
     i->sequence = m->sequence;
@@ -351,7 +354,7 @@ static bool is_of_one_who_left(service *s, struct link *from, const wire_message
     int64_t left = session_left_at(s, client);
     if (sequence > left) return false;
     metric_count(s->count.duplicates, 1);
-    bool done = (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_INTEREST && m->interest.removed);
+    bool done = (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_SUBSCRIPTION && m->subscription.removed);
     wire_message ack = {
         .kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {1, done ? &sequence : &left}}};
     if (done || m->kind == WIRE_CLIENT) from->ops->publish(from, &ack);
@@ -389,9 +392,9 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         ready_announced(s);
         apply_body(s, c, &m->body, &why, &later);
         break;
-    case WIRE_INTEREST:
+    case WIRE_SUBSCRIPTION:
         ready_announced(s);
-        apply_interest(s, c, &m->interest, &why);
+        apply_subscription(s, c, &m->subscription, &why);
         break;
     case WIRE_VERTEX_BATCH:
         refuse_message(&why, WIRE_UNSUPPORTED, "bodies are rigid in this release");

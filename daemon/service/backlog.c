@@ -256,7 +256,7 @@ static void send_next(service *s, stream *to)
     m.event_batch.behind = behind;
     m.event_batch.parts = e->parts;
     to->link->ops->publish(to->link, &m);
-    to->told_ns = s->monotonic_ns;
+    to->reported_ns = s->monotonic_ns;
     s->backlog_sent += e->size;
     metric_count(s->count.batches_out, 1);
 }

@@ -119,13 +119,13 @@ static void make_ready(builds *b, build *of)
     wake_tick_thread(b);
 }
 
-static void tell_begin(builds *b, const build *of, unsigned thread)
+static void report_begin(builds *b, const build *of, unsigned thread)
 {
     const build_watch *w = &b->watch;
     if (thread < BUILD_THREADS && w->begins) w->begins(w->context, thread, of->client, of->client_name, of->numbers);
 }
 
-static void tell_end_of_build(builds *b, unsigned thread)
+static void report_end_of_build(builds *b, unsigned thread)
 {
     if (thread < BUILD_THREADS && b->watch.ends && !b->stop) b->watch.ends(b->watch.context, thread);
 }
@@ -137,12 +137,12 @@ static void work_on(builds *b, build *of, unsigned thread)
     void *context = b->before_context;
     of->state = BUILD_UNDER_WAY;
     b->last_client = of->client;
-    tell_begin(b, of, thread);
+    report_begin(b, of, thread);
     pthread_mutex_unlock(&b->lock);
     if (before) before(context, of->id);
     carry_out_build(of);
     pthread_mutex_lock(&b->lock);
-    tell_end_of_build(b, thread);
+    report_end_of_build(b, thread);
     if (of->abandoned || b->stop) {
         forget_build(b, of);
         pthread_mutex_unlock(&b->lock);
@@ -268,7 +268,7 @@ void builds_destroy(builds *b)
 
 /* ---- what the tick thread asks ---- */
 
-void builds_tell(builds *b, const build_watch *watch)
+void builds_report(builds *b, const build_watch *watch)
 {
     pthread_mutex_lock(&b->lock);
     b->watch = *watch;

@@ -74,7 +74,7 @@ builds *builds_create(int wake_fd, bool threads);
  * itself, with all that it looks at, and throws away what comes of it. */
 void builds_destroy(builds *b);
 
-void builds_tell(builds *b, const build_watch *watch); /* from now on */
+void builds_report(builds *b, const build_watch *watch); /* from now on */
 
 /* In the name of `client`, which calls itself `client_name` (copied), for geometry `id`. Keeps `n` and those of
  * `older`, of which it takes the array. */

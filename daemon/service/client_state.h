@@ -24,12 +24,12 @@ typedef struct pose_rows {
     size_t next;               /* behind the last run */
 } pose_rows;
 
-typedef struct owned_interest {
+typedef struct owned_subscription {
     int32_t number;
     uint32_t world_id;
     int64_t sequence;
     bool live;
-} owned_interest;
+} owned_subscription;
 
 typedef struct step_mark { /* a simulator's step: the highest of the last tick that had one, and that tick */
     int64_t step, tick;
@@ -73,7 +73,7 @@ enum { LOST_KEPT = 1024 };
 
 typedef struct lost_client {
     int64_t client;
-    uint32_t had; /* bodies and interests */
+    uint32_t had; /* bodies and subscriptions */
 } lost_client;
 
 /* What a client said before it left may come later than its goodbye, but not so much later. */
@@ -89,8 +89,8 @@ typedef struct hearing {
     int64_t newest;         /* PoseBatch that has come, whatever became of it */
     int64_t said, waits_ns; /* the PoseBatch that is waited for, if it is beyond `newest`: since then */
     int64_t said_ns;        /* its last word; 0: it has said none */
-    int64_t tell_ns;        /* when it may be told again */
-    int64_t tell_wait_s;    /* 0: it is heard */
+    int64_t report_ns;      /* when it may be told again */
+    int64_t report_wait_s;  /* 0: it is heard */
 } hearing;
 
 /* What a client means by a hash. */
@@ -107,30 +107,30 @@ typedef struct geometry_claim {
 typedef struct session {
     int64_t client;
     char *name;
-    struct link *link;                              /* by which it came; answers go there */
-    int64_t sequence;                               /* of the newest Client */
-    int64_t left_sequence;                          /* of the goodbye of the process before it; 0: none is known */
-    int64_t lease_ns, heard_ns;                     /* monotonic */
-    int64_t letters_tick;                           /* the tick before which the newest of its commands came */
-    step_mark step;                                 /* of its poses; step 0: it counts none */
-    refused_poses refused;                          /* of that step */
-    simulation_mark simulation;                     /* of its poses */
-    bool stepped;                                   /* one has come since the last tick that it was answered in */
-    bool withheld;                                  /* its answer is: something that the step brought is pending */
-    int64_t answered_step;                          /* the last one of which nothing is */
-    size_t body_count, shape_count, interest_count; /* in the world */
-    int64_t geometry_bytes;                         /* of the geometries that it claims */
-    size_t geometry_count;                          /* of those */
-    int64_t origin;                                 /* who speaks for it, as its link knows it; 0: nobody knows */
-    double spent_us;                                /* of expected work (shares.h), since it is here */
-    int64_t geometry_sequence;                      /* of its newest word on one */
-    size_t geometries_taken_back;                   /* entries that stay */
-    bool claims_leave;                              /* some of its claims may be taken back once no body waits */
-    pair_map pending_of;                            /* number of a body that waits for a build + 1 -> its place */
-    pair_map pending_needs;                         /* a hash -> how often these bodies name it */
-    int64_t pending_bytes;                          /* of those */
-    size_t pending_count;                           /* of its bodies, all that wait */
-    flow rejects;                                   /* told in the second that runs */
+    struct link *link;                                  /* by which it came; answers go there */
+    int64_t sequence;                                   /* of the newest Client */
+    int64_t left_sequence;                              /* of the goodbye of the process before it; 0: none is known */
+    int64_t lease_ns, last_seen_ns;                     /* monotonic */
+    int64_t commands_tick;                              /* the tick before which the newest of its commands came */
+    step_mark step;                                     /* of its poses; step 0: it counts none */
+    refused_poses refused;                              /* of that step */
+    simulation_mark simulation;                         /* of its poses */
+    bool stepped;                                       /* one has come since the last tick that it was answered in */
+    bool withheld;                                      /* its answer is: something that the step brought is pending */
+    int64_t answered_step;                              /* the last one of which nothing is */
+    size_t body_count, shape_count, subscription_count; /* in the world */
+    int64_t geometry_bytes;                             /* of the geometries that it claims */
+    size_t geometry_count;                              /* of those */
+    int64_t origin;                                     /* who speaks for it, as its link knows it; 0: nobody knows */
+    double spent_us;                                    /* of expected work (shares.h), since it is here */
+    int64_t geometry_sequence;                          /* of its newest word on one */
+    size_t geometries_taken_back;                       /* entries that stay */
+    bool claims_leave;                                  /* some of its claims may be taken back once no body waits */
+    pair_map pending_of;                                /* number of a body that waits for a build + 1 -> its place */
+    pair_map pending_needs;                             /* a hash -> how often these bodies name it */
+    int64_t pending_bytes;                              /* of those */
+    size_t pending_count;                               /* of its bodies, all that wait */
+    flow rejects;                                       /* told in the second that runs */
     hearing hearing;
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
@@ -147,16 +147,16 @@ typedef struct session {
     bool announced; /* its Client has come */
     bool lost;
     uint8_t reminders; /* it was lost, and may not know: how often it is yet told so, ... */
-    uint32_t had;      /* ... until it has announced so many bodies and interests again, ... */
+    uint32_t had;      /* ... until it has announced so many bodies and subscriptions again, ... */
     int64_t lost_at;   /* ... beyond this sequence */
     bool left;         /* in order: what it keeps is meant to stay */
     pair_map claim_of; /* hash -> index */
     ARRAY(geometry_claim) claims;
     pair_map body_of; /* number + 1 -> index */
     ARRAY(owned_body) bodies;
-    pose_rows rows;       /* of the same bodies */
-    pair_map interest_of; /* number + 1 -> index */
-    ARRAY(owned_interest) interests;
+    pose_rows rows;           /* of the same bodies */
+    pair_map subscription_of; /* number + 1 -> index */
+    ARRAY(owned_subscription) subscriptions;
     ARRAY(int64_t) acks; /* to be sent after this tick */
 } session;
 
@@ -169,7 +169,7 @@ typedef struct lock_step {
     bool pending;     /* something of that one is, so that the next one waits */
     int64_t waited;   /* the step that somebody waits for, ... */
     int64_t since_ns; /* ... since then, monotonic; 0: nobody does */
-    bool told;        /* that it takes long */
+    bool reported;    /* that it takes long */
 } lock_step;
 
 #endif

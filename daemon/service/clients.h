@@ -15,9 +15,9 @@ static inline int64_t *session_pose_sequence(session *c, const owned_body *b)
     return &c->rows.sequences.at[b - c->bodies.at];
 }
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
-owned_interest *session_interest(session *c, int32_t number);
-owned_interest *session_add_interest(session *c, int32_t number);
-void session_find_interests(session *c);               /* by their numbers, where all have come at once */
+owned_subscription *session_subscription(session *c, int32_t number);
+owned_subscription *session_add_subscription(session *c, int32_t number);
+void session_find_subscriptions(session *c);           /* by their numbers, where all have come at once */
 int64_t session_newest_sequence(const session *c);     /* of all that it said and was applied */
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
@@ -46,8 +46,8 @@ void unheard_watch(service *s);                           /* before each Status 
 bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why);
 bool limits_bodies(service *s, const session *c, bool is_new, wire_refusal *why);
 bool limits_shapes(service *s, const session *c, size_t instead_of, size_t more, wire_refusal *why);
-bool limits_interests(service *s, const session *c, wire_refusal *why);
+bool limits_subscriptions(service *s, const session *c, wire_refusal *why);
 bool limits_geometry(service *s, const session *c, const wire_geometry *m, wire_refusal *why);
-bool limits_tell_reject(service *s, int64_t client);
+bool limits_report_reject(service *s, int64_t client);
 
 #endif

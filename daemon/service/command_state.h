@@ -13,7 +13,7 @@ typedef struct kept_pose { /* the newest one of a body that waits */
     bool has_linear, has_angular;
 } kept_pose;
 
-typedef struct letter {
+typedef struct command {
     int64_t client, sequence;
     int64_t since_ns; /* monotonic: the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     int64_t origin;   /* whose it is, as its link knows it (link.h) */
@@ -23,13 +23,13 @@ typedef struct letter {
     size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
     bool has_waited;     /* a Body, for a build: it may be tried whatever came since */
     uint32_t pose;       /* the place of its pose in inbox.poses + 1; 0: it has none */
-} letter;
+} command;
 
 /* Topics have no order among each other: a Body may come before the Geometry that it names. */
 #define HULL_WAIT_NS ((int64_t)1000000000)
 
 typedef struct inbox {
-    ARRAY(letter) letters;
+    ARRAY(command) commands;
     ARRAY(uint8_t) bytes;
     ARRAY(kept_pose) poses; /* of bodies that have waited */
     wire_memory *memory;

@@ -11,14 +11,14 @@ void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
 /* pending.c */
-/* That letter, a Body, was tried in vain: s->carried.lacks says why. Answered, if a limit refuses it. */
-void pending_put(service *s, const letter *l, const wire_body *m);
+/* That command, a Body, was tried in vain: s->carried.lacks says why. Answered, if a limit refuses it. */
+void pending_put(service *s, const command *l, const wire_body *m);
 /* Is it newer than what waits of the same body for a build, or the same, or older? */
 typedef enum pending_copy { PENDING_NEWER, PENDING_SAME, PENDING_OLDER } pending_copy;
 pending_copy pending_is_copy(const service *s, const session *c, const wire_body *m);
 /* It has been carried out, or waits: what waited for a build before it is gone, but its pose, if that is newer. */
 void pending_supersede(service *s, session *c, const wire_body *m, kept_pose *pose);
-bool pending_wake(service *s); /* those that may be tried become letters again, behind the others: were there any? */
+bool pending_wake(service *s); /* those that may be tried become commands again, behind the others: were there any? */
 bool pending_due(const service *s);
 void pending_tidy(service *s);             /* after the commands of a tick: until then some places are of nobody */
 void pending_wait_anew(service *s);        /* they have waited for nothing yet */

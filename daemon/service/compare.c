@@ -152,7 +152,8 @@ static bool same_event(const wire_message *a, const wire_message *b, const wire_
     return true;
 }
 
-static void tell_field(difference *d, const wire_message *a, const wire_message *b, const wire_field *f, uint32_t event)
+static void report_field(
+    difference *d, const wire_message *a, const wire_message *b, const wire_field *f, uint32_t event)
 {
     reach x = reach_of(a, f, event), y = reach_of(b, f, event);
     uint32_t most = x.count > y.count ? x.count : y.count;
@@ -178,7 +179,7 @@ static void name_event(const wire_message *m, uint32_t event, char *out, size_t 
         [WIRE_EVENT_UNKNOWN] = "unknown",
         [WIRE_EVENT_KNOWN] = "known",
         [WIRE_EVENT_IMPACT] = "impact",
-        [WIRE_EVENT_PREDICTED] = "foretold",
+        [WIRE_EVENT_PREDICTED] = "predicted",
         [WIRE_EVENT_AVERTED] = "averted"};
     const wire_event_batch *b = &m->event_batch;
     if (event >= b->kinds.count) {
@@ -220,7 +221,7 @@ static bool differ_in_event(const wire_message *a, const wire_message *b, uint32
     bool both = event < a->event_batch.kinds.count && event < b->event_batch.kinds.count;
     for (uint32_t i = 0; both && i < s->field_count; i++)
         if (is_array(&s->fields[i]) && is_compared(&s->fields[i]) && !same_event(a, b, &s->fields[i], event))
-            tell_field(d, a, b, &s->fields[i], event);
+            report_field(d, a, b, &s->fields[i], event);
     if (both && !d->field_count) return false;
     d->event = event;
     name_event(a, event, d->recorded, sizeof d->recorded);
@@ -244,7 +245,7 @@ static bool differ(const wire_message *a, const wire_message *b, difference *d)
 /* ---- all batches of a tick ---- */
 
 typedef struct walk {
-    link_replay_told told; /* what is left of it */
+    link_replay_reported reported; /* what is left of it */
     wire_memory *memory;
     bool found;
     difference *out;
@@ -254,16 +255,16 @@ static bool next_recorded(walk *w, wire_message *out)
 {
     size_t size;
     wire_refusal why;
-    if (w->told.size < sizeof size) return false;
-    memcpy(&size, w->told.bytes, sizeof size);
+    if (w->reported.size < sizeof size) return false;
+    memcpy(&size, w->reported.bytes, sizeof size);
     wire_memory_reset(w->memory);
-    bool good = wire_lcm_decode_recorded(w->told.bytes + sizeof size, size, w->memory, out, &why) == WIRE_OK;
-    w->told.bytes += sizeof size + size;
-    w->told.size -= sizeof size + size;
+    bool good = wire_lcm_decode_recorded(w->reported.bytes + sizeof size, size, w->memory, out, &why) == WIRE_OK;
+    w->reported.bytes += sizeof size + size;
+    w->reported.size -= sizeof size + size;
     return good;
 }
 
-static void tell_one_side(difference *d, const wire_message *m, bool recorded)
+static void report_one_side(difference *d, const wire_message *m, bool recorded)
 {
     char *words = recorded ? d->recorded : d->replayed, *other = recorded ? d->replayed : d->recorded;
     d->event = m->event_batch.kinds.count ? 0 : -1;
@@ -283,19 +284,19 @@ static void compare_one(void *context, const wire_message *replayed)
     if (next_recorded(w, &recorded)) {
         w->found = differ(&recorded, replayed, w->out);
     } else {
-        tell_one_side(w->out, replayed, false);
+        report_one_side(w->out, replayed, false);
         w->found = true;
     }
 }
 
-bool compare_batches(service *s, link_replay_told told, const world_batches *batches, difference *out)
+bool compare_batches(service *s, link_replay_reported reported, const world_batches *batches, difference *out)
 {
-    walk w = {.told = told, .memory = wire_memory_create(), .out = out};
+    walk w = {.reported = reported, .memory = wire_memory_create(), .out = out};
     wire_message recorded;
     *out = (difference){.event = -1};
     stream_each(s, batches, compare_one, &w);
     if (!w.found && next_recorded(&w, &recorded)) {
-        tell_one_side(out, &recorded, true);
+        report_one_side(out, &recorded, true);
         w.found = true;
     }
     wire_memory_destroy(w.memory);

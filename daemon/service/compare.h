@@ -23,6 +23,6 @@ typedef struct difference {
 } difference;
 
 /* After world_tick, before anything of it is published. False: it is what was recorded, bit for bit. */
-bool compare_batches(service *s, link_replay_told told, const world_batches *batches, difference *out);
+bool compare_batches(service *s, link_replay_reported reported, const world_batches *batches, difference *out);
 
 #endif

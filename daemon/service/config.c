@@ -140,8 +140,10 @@ static const config_option OPTIONS[] = {
         "few. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
-        "Counts all clients together. An interest takes about 1 kB, and time for what it is told. Over DDS its stream "
+    {"max_subscriptions", CONFIG_WHOLE, FIELD(max_subscriptions), 1, 100000, NULL, "4096", "subscriptions",
+        "subscriptions at once",
+        "Counts all clients together. A subscription takes about 1 kB, and time for what it is told. Over DDS its "
+        "stream "
         "is a "
         "writer, too, of 7 kB here and 2.3 kB in each participant that discovers it: more than 10000 are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
@@ -154,15 +156,16 @@ static const config_option OPTIONS[] = {
         "share of them, whatever others have."},
     {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
         "what one participant may have of each limit, under all its names; the rest stays free for others",
-        "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is "
+        "Of max_clients, max_bodies, max_shapes, max_subscriptions, max_geometries and max_waiting. Who comes over DDS "
+        "is "
         "a participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
         "and all of LCM together, if there are other links. 100: nothing is kept free."},
     {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",
         OF_ONE("bodies") OR_SHARE("bodies"), "The limits of one client let nobody use up what is there for all."},
     {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 0, 40000000, NULL, "0", "shapes",
         OF_ONE("shapes") OR_SHARE("shapes"), "Counted like max_shapes."},
-    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 0, 100000, NULL, "0", "interests",
-        OF_ONE("interests") OR_SHARE("interests"), "Each has a stream."},
+    {"max_client_subscriptions", CONFIG_WHOLE, FIELD(max_client_subscriptions), 0, 100000, NULL, "0", "subscriptions",
+        OF_ONE("subscriptions") OR_SHARE("subscriptions"), "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
         OF_ONE("geometry") ": hulls, meshes and height fields",
         "Counts the numbers of what the client announces, shared with others or not, from the first piece on, until it "
@@ -235,7 +238,7 @@ static const config_option OPTIONS[] = {
     {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
         "replay at every accuracy side by side, and print what each costs and how far off it is",
         "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "
-        "the recorded interests are asked in each accuracy instead of their own. One worker if workers is 0."},
+        "the recorded subscriptions are asked in each accuracy instead of their own. One worker if workers is 0."},
     {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
         "Only of use with replay."},
     {"metrics_port", CONFIG_WHOLE, FIELD(metrics_port), 0, 65535, NULL, "0", "TCP port",
@@ -512,7 +515,7 @@ static void write_value(const config *c, const config_option *o, char value[CONF
         snprintf(value, CONFIG_TEXT_MAX, "%s", at);
 }
 
-void config_tell_deciding(const config *c, char text[CONFIG_DECIDING_MAX])
+void config_report_deciding(const config *c, char text[CONFIG_DECIDING_MAX])
 {
     size_t used = 0;
     text[0] = '\0';
@@ -527,15 +530,15 @@ void config_tell_deciding(const config *c, char text[CONFIG_DECIDING_MAX])
 
 int config_take_deciding(config *c, const char *text, size_t size, char *why, size_t why_size)
 {
-    config told;
-    config_default(&told);
-    if (config_parse(&told, text, size, "the recording's settings", why, why_size) != 0) return -1;
+    config reported;
+    config_default(&reported);
+    if (config_parse(&reported, text, size, "the recording's settings", why, why_size) != 0) return -1;
     for (size_t i = 0; i < OPTION_COUNT; i++) {
         const config_option *o = &OPTIONS[i];
         char here[CONFIG_TEXT_MAX], there[CONFIG_TEXT_MAX];
         if (!is_deciding(o)) continue;
         write_value(c, o, here);
-        write_value(&told, o, there);
+        write_value(&reported, o, there);
         if (strcmp(here, o->value) == 0 && config_set(c, o->key, there, why, why_size) != 0) return -1;
     }
     return 0;

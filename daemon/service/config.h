@@ -34,8 +34,8 @@ typedef struct config {
     long record_max_size, record_max_files;
     double margin, rate, budget_us, slice_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout,
         standby_lease;
-    long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;
-    long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
+    long max_clients, max_bodies, max_shapes, max_pairs, max_subscriptions, max_geometries, max_step_poses;
+    long max_client_bodies, max_client_shapes, max_client_subscriptions, max_client_geometry;
     long max_client_messages, max_client_poses, memory_limit;
     long share, max_client_work, max_query_work, max_waiting;
 } config;
@@ -70,7 +70,7 @@ int config_arguments(config *c, int argc, char **argv, const char **asked, char 
 /* What decides which commands are refused and which numbers are told, as far as it is not the default: lines of
  * key = value, of at most CONFIG_DECIDING_MAX characters. A recording has it. */
 enum { CONFIG_DECIDING_MAX = 1024 };
-void config_tell_deciding(const config *c, char text[CONFIG_DECIDING_MAX]);
+void config_report_deciding(const config *c, char text[CONFIG_DECIDING_MAX]);
 /* Takes it over from there, but for what c has that is not the default. -1: it is not such text, one line in `why`. */
 int config_take_deciding(config *c, const char *text, size_t size, char *why, size_t why_size);
 

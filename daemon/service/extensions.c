@@ -19,7 +19,7 @@ static uint32_t first_unknown(const wire_message *m)
 }
 
 /* Of a batch that comes in parts each part has them: they count with the last one. */
-static void tell(service *s, const struct link *from, const wire_message *m, uint32_t unknown)
+static void report_unknown(service *s, const struct link *from, const wire_message *m, uint32_t unknown)
 {
     int64_t client, sequence;
     int32_t object;
@@ -42,7 +42,7 @@ wire_message *extensions_leave_out(service *s, const struct link *from, const wi
         free(less);
         return NULL;
     }
-    tell(s, from, m, unknown);
+    report_unknown(s, from, m, unknown);
     *less = *m;
     wire_extensions_set(less, known);
     return less;

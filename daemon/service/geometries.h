@@ -28,7 +28,7 @@ typedef enum geometry_state { GEOMETRY_MISSING, GEOMETRY_BUILDING, GEOMETRY_READ
 /* Of what the client means by that hash. */
 geometry_state geometry_state_of(service *s, int64_t client, int64_t hash);
 void geometry_builds_end(service *s); /* the first thing in a tick: what is ready from then on */
-void geometry_tell(service *s, int64_t client, int64_t hash, bool ready); /* what another daemon did in this tick */
+void geometry_report(service *s, int64_t client, int64_t hash, bool ready); /* what another daemon did in this tick */
 void geometry_let_go(service *s); /* what was taken back, and no body waits for any more */
 
 #endif

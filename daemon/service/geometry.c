@@ -196,7 +196,7 @@ static void drop_geometry(service *s, geometry *g)
 }
 
 /* What was mended is worth a warning, and so is a surface where a solid may have been meant. */
-static void tell_findings(const geometry *g)
+static void report_findings(const geometry *g)
 {
     char text[512];
     const mesh_findings *f = &g->mesh->found;
@@ -208,9 +208,9 @@ static void tell_findings(const geometry *g)
         log_info("mesh %016" PRIx64 " is %s", (uint64_t)g->hash, text);
 }
 
-static void tell_ready(const geometry *g)
+static void report_ready(const geometry *g)
 {
-    if (g->kind == WIRE_GEOMETRY_MESH) tell_findings(g);
+    if (g->kind == WIRE_GEOMETRY_MESH) report_findings(g);
     if (g->kind == WIRE_GEOMETRY_HEIGHT_FIELD)
         log_info("height field %016" PRIx64 " has %u rows and %u columns", (uint64_t)g->hash, g->mesh->rows,
             g->mesh->columns);
@@ -243,21 +243,21 @@ static uint64_t units_of(const service *s, const geometry *g)
 }
 
 /* Another daemon has decided: the one that is followed, or the one that made the recording. */
-static bool is_told(const service *s)
+static bool is_reported(const service *s)
 {
     return s->replaying || standby_waits(s);
 }
 
-static bool is_told_later(const service *s, int64_t client, int64_t hash)
+static bool is_reported_later(const service *s, int64_t client, int64_t hash)
 {
-    for (size_t i = 0; i < s->told_builds.count; i++) {
-        const told_build *t = &s->told_builds.at[i];
+    for (size_t i = 0; i < s->reported_builds.count; i++) {
+        const reported_build *t = &s->reported_builds.at[i];
         if (!t->ready && t->client == client && t->hash == hash) return true;
     }
     return false;
 }
 
-static void tell_build(service *s, int64_t client, int64_t hash, bool ready)
+static void report_build(service *s, int64_t client, int64_t hash, bool ready)
 {
     record_build(s, client, hash, ready);
     standby_journal_build(s, client, hash, ready);
@@ -265,9 +265,9 @@ static void tell_build(service *s, int64_t client, int64_t hash, bool ready)
 
 static bool comes_later(service *s, const session *c, const geometry *g)
 {
-    if (is_told(s)) {
-        bool later = is_told_later(s, c->client, g->hash);
-        if (later) tell_build(s, c->client, g->hash, false);
+    if (is_reported(s)) {
+        bool later = is_reported_later(s, c->client, g->hash);
+        if (later) report_build(s, c->client, g->hash, false);
         return later;
     }
     uint64_t units = units_of(s, g);
@@ -275,7 +275,7 @@ static bool comes_later(service *s, const session *c, const geometry *g)
     if (now)
         s->built_units += units;
     else
-        tell_build(s, c->client, g->hash, false);
+        report_build(s, c->client, g->hash, false);
     return !now;
 }
 
@@ -400,7 +400,7 @@ static void take_build(service *s, geometry *g)
     g->mesh = b.mesh;
     answer_claims(s, g, &b.why);
     if (is_ready(g))
-        tell_ready(g);
+        report_ready(g);
     else
         drop_geometry(s, g);
 }
@@ -421,18 +421,18 @@ static void take_ready(service *s)
     while (builds_ready(s->builds) && (ready = builds_take(s->builds)) != NULL) {
         geometry *g = find(s, build_of(ready));
         const geometry_claim *by = claimant_of(s, g); /* it has some: who wants nothing has no build */
-        tell_build(s, by->client, by->hash, true);
+        report_build(s, by->client, by->hash, true);
         take_build(s, g);
     }
 }
 
-static void take_told(service *s)
+static void take_reported(service *s)
 {
-    for (size_t i = 0; i < s->told_builds.count; i++) {
-        const told_build t = s->told_builds.at[i];
+    for (size_t i = 0; i < s->reported_builds.count; i++) {
+        const reported_build t = s->reported_builds.at[i];
         geometry *g = t.ready ? find(s, geometry_claimed(s, t.client, t.hash)) : NULL;
         if (!g || !g->build) continue; /* of a recording that was begun without its state */
-        tell_build(s, t.client, t.hash, true);
+        report_build(s, t.client, t.hash, true);
         builds_wait(s->builds, g->build, s->on_waiting, s->on_waiting_context);
         take_build(s, g);
     }
@@ -441,15 +441,15 @@ static void take_told(service *s)
 void geometry_builds_end(service *s)
 {
     s->built_units = 0;
-    if (is_told(s))
-        take_told(s);
+    if (is_reported(s))
+        take_reported(s);
     else if (!s->poses_only)
         take_ready(s);
 }
 
-void geometry_tell(service *s, int64_t client, int64_t hash, bool ready)
+void geometry_report(service *s, int64_t client, int64_t hash, bool ready)
 {
-    array_push(&s->told_builds, ((told_build){client, hash, ready}));
+    array_push(&s->reported_builds, ((reported_build){client, hash, ready}));
 }
 
 /* ---- pieces ---- */
@@ -486,7 +486,7 @@ static wire_reason complete(service *s, geometry *g, session *c, wire_refusal *w
     g->hull = b.hull;
     g->mesh = b.mesh;
     enter_whole(s, g);
-    tell_ready(g);
+    report_ready(g);
     return WIRE_OK;
 }
 
@@ -710,7 +710,7 @@ void geometry_free_all(service *s)
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].id) drop_geometry(s, &s->geometries.at[i]);
     array_free(&s->geometries);
-    array_free(&s->told_builds);
+    array_free(&s->reported_builds);
     s->geometry_hint = 0;
     s->geometries_completed = 0;
     pair_map_free(&s->geometry_of);

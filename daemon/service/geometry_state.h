@@ -27,9 +27,9 @@ typedef struct geometry {
     uint32_t users;            /* bodies that hold it */
 } geometry;
 
-typedef struct told_build { /* to a replay, or a standby: what the daemon that decides did in this tick */
+typedef struct reported_build { /* to a replay, or a standby: what the daemon that decides did in this tick */
     int64_t client, hash;
     bool ready; /* or put off */
-} told_build;
+} reported_build;
 
 #endif

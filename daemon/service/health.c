@@ -100,7 +100,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "bodies", (int64_t)f.bodies);
     sheet_add(t, "shapes", (int64_t)f.shapes);
     sheet_add(t, "stale_bodies", (int64_t)f.stale_bodies);
-    sheet_add(t, "interests", (int64_t)f.interests);
+    sheet_add(t, "subscriptions", (int64_t)f.subscriptions);
     sheet_add(t, "pairs", (int64_t)f.pairs);
     sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
     sheet_add(t, "pending_pairs", (int64_t)f.pending_pairs);
@@ -126,7 +126,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "sweep_queries", (int64_t)f.sweep_queries);
     sheet_add(t, "sweeps_by_axis", (int64_t)f.sweeps_by_axis);
     sheet_add(t, "impacts", (int64_t)f.impacts);
-    sheet_add(t, "foretold", (int64_t)f.foretold);
+    sheet_add(t, "predicted", (int64_t)f.predicted);
     sheet_add(t, "undecided_sweeps", (int64_t)f.undecided);
     sheet_add(t, "dropped_ways", (int64_t)f.dropped_ways);
     sheet_add(t, "coarse_ways", (int64_t)f.coarse_ways);
@@ -134,8 +134,8 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "undone", (int64_t)f.undone);
     sheet_add(t, "unbounded", (int64_t)f.unbounded);
     sheet_add(t, "undone_ticks", (int64_t)f.undone_ticks);
-    for (int r = 0; r < RUNG_COUNT; r++)
-        sheet_add_named(t, (int64_t)f.rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
+    for (int r = 0; r < STAGE_COUNT; r++)
+        sheet_add_named(t, (int64_t)f.stages[r], "pairs_by_%s", world_stage_name((world_stage)r));
 }
 
 /* What each stream tells, and costs: units of work a tick, since the last Status; those beyond the named together. */
@@ -148,7 +148,7 @@ static void add_streams(service *s, sheet *t)
     int64_t ticks = s->tick > s->status_tick ? s->tick - s->status_tick : 1;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        uint64_t work = world_interest_work(s->world, i),
+        uint64_t work = world_subscription_work(s->world, i),
                  since = (work > to->work ? work - to->work : 0) / (uint64_t)ticks;
         to->work = work;
         if (!to->live) continue;
@@ -234,7 +234,7 @@ void health_publish(service *s)
     sheet *t = s->sheet;
     char links[WIRE_TEXT_MAX], limits[HEALTH_LIMITS_MAX];
     describe_links(s, links, sizeof links);
-    if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
+    if (s->monotonic_ns - s->limit_ns > LIMITS_REPORTED_NS) s->limits[0] = '\0';
     health_limits(s, limits, sizeof limits);
     sheet_begin(t);
     add_world(s, t);

@@ -47,7 +47,7 @@ static bool left_of(const service *s, const session *c, int64_t *out)
 
 static bool silence_of(const service *s, const session *c, int64_t *out)
 {
-    *out = s->monotonic_ns > c->heard_ns ? s->monotonic_ns - c->heard_ns : 0;
+    *out = s->monotonic_ns > c->last_seen_ns ? s->monotonic_ns - c->last_seen_ns : 0;
     return !c->left;
 }
 

@@ -17,15 +17,16 @@
 void inbox_put(service *s, struct link *from, const wire_message *m)
 {
     int32_t object;
-    letter l = {.link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m), .since_ns = 0};
+    command l = {
+        .link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m), .since_ns = 0};
     wire_origin(m, &l.client, &l.sequence, &object);
     l.origin = from->origin;
     l.takes_back = m->kind == WIRE_GEOMETRY && m->geometry.removed;
     array_reserve(&s->inbox.bytes, l.offset + l.size);
     s->inbox.bytes.count += wire_lcm_encode(m, s->inbox.bytes.at + l.offset, l.size);
-    array_push(&s->inbox.letters, l);
+    array_push(&s->inbox.commands, l);
     session *c = session_find(s, l.client);
-    if (c && m->kind != WIRE_QUERY && m->kind != WIRE_POSE_BATCH) c->letters_tick = s->tick;
+    if (c && m->kind != WIRE_QUERY && m->kind != WIRE_POSE_BATCH) c->commands_tick = s->tick;
 }
 
 /* The loss of a client comes behind what it said before, live as in a replay. */
@@ -34,25 +35,25 @@ void inbox_put_lost(service *s, struct link *from, int64_t client)
     shares_forget(s, client);
     record_lost(s, client);
     standby_journal_lost(s, from, client);
-    letter l = {.link = from, .kind = WIRE_CLIENT, .client = client, .offset = s->inbox.bytes.count};
-    for (size_t i = 0; i < s->inbox.letters.count; i++) {
-        const letter *other = &s->inbox.letters.at[i];
+    command l = {.link = from, .kind = WIRE_CLIENT, .client = client, .offset = s->inbox.bytes.count};
+    for (size_t i = 0; i < s->inbox.commands.count; i++) {
+        const command *other = &s->inbox.commands.at[i];
         if (other->client == client && other->sequence > l.sequence) l.sequence = other->sequence;
     }
     array_reserve(&s->inbox.bytes, l.offset + 1);
     s->inbox.bytes.at[s->inbox.bytes.count++] = 0; /* so that its offset is its own */
-    array_push(&s->inbox.letters, l);
+    array_push(&s->inbox.commands, l);
 }
 
-static int compare_letters(const void *a, const void *b)
+static int compare_commands(const void *a, const void *b)
 {
-    const letter *x = a, *y = b;
+    const command *x = a, *y = b;
     if (x->client != y->client) return x->client < y->client ? -1 : 1;
     if (x->sequence != y->sequence) return x->sequence < y->sequence ? -1 : 1;
     return (x->offset > y->offset) - (x->offset < y->offset);
 }
 
-static bool open_letter(service *s, const letter *l, wire_message *m)
+static bool open_command(service *s, const command *l, wire_message *m)
 {
     wire_refusal why;
     wire_memory_reset(s->inbox.memory);
@@ -61,8 +62,8 @@ static bool open_letter(service *s, const letter *l, wire_message *m)
     return false;
 }
 
-/* One command. A letter without a time came in this tick. */
-static void apply_letter(service *s, letter *l)
+/* One command. A command without a time came in this tick. */
+static void apply_queued(service *s, command *l)
 {
     wire_message m;
     if (!l->size) {
@@ -72,7 +73,7 @@ static void apply_letter(service *s, letter *l)
         return;
     }
     bool time_is_up = l->since_ns && s->monotonic_ns - l->since_ns >= HULL_WAIT_NS;
-    if (!open_letter(s, l, &m)) return;
+    if (!open_command(s, l, &m)) return;
     if (!l->since_ns) l->since_ns = s->monotonic_ns;
     s->carried.has_waited = l->has_waited;
     s->carried.pose = l->pose ? s->inbox.poses.at[l->pose - 1] : (kept_pose){.sequence = 0};
@@ -86,21 +87,21 @@ static void apply_letter(service *s, letter *l)
 static void apply_geometries(service *s)
 {
     inbox *in = &s->inbox;
-    int64_t has_bodies = 0; /* a client, before the letter that is looked at */
+    int64_t has_bodies = 0; /* a client, before the command that is looked at */
     const session *c;
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter *l = &in->letters.at[i];
+    for (size_t i = 0; i < in->commands.count; i++) {
+        command *l = &in->commands.at[i];
         if (l->kind == WIRE_BODY) has_bodies = l->client;
         if (l->kind != WIRE_GEOMETRY || (l->takes_back && l->client == has_bodies)) continue;
         if (l->takes_back && (c = session_find(s, l->client)) != NULL && c->pending_count) continue;
-        apply_letter(s, l);
+        apply_queued(s, l);
         l->kind = WIRE_NOTHING;
     }
 }
 
-static void sort_letters(inbox *in)
+static void sort_commands(inbox *in)
 {
-    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare_letters);
+    if (in->commands.count) qsort(in->commands.at, in->commands.count, sizeof *in->commands.at, compare_commands);
 }
 
 /* Hulls first, then the other commands, with those that have waited for a hull (pending.c) in their order, then poses
@@ -111,24 +112,24 @@ void inbox_apply(service *s)
     wire_message m;
     in->effort = 0;
     geometry_builds_end(s);
-    sort_letters(in);
+    sort_commands(in);
     apply_geometries(s);
-    if (pending_wake(s)) sort_letters(in);
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter *l = &in->letters.at[i];
+    if (pending_wake(s)) sort_commands(in);
+    for (size_t i = 0; i < in->commands.count; i++) {
+        command *l = &in->commands.at[i];
         if (l->kind == WIRE_NOTHING || l->kind == WIRE_POSE_BATCH || l->kind == WIRE_QUERY) continue;
-        apply_letter(s, l);
+        apply_queued(s, l);
         l->kind = WIRE_NOTHING;
     }
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter *l = &in->letters.at[i];
+    for (size_t i = 0; i < in->commands.count; i++) {
+        command *l = &in->commands.at[i];
         if (l->kind != WIRE_POSE_BATCH) continue;
-        if (open_letter(s, l, &m)) apply_poses(s, l->link, &m.pose_batch, false);
+        if (open_command(s, l, &m)) apply_poses(s, l->link, &m.pose_batch, false);
         l->kind = WIRE_NOTHING;
     }
     s->hull_came = s->pending_left;
     pending_tidy(s);
-    s->told_builds.count = 0;
+    s->reported_builds.count = 0;
     geometry_let_go(s);
     steps_complete(s);
 }
@@ -137,15 +138,15 @@ static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered t
 
 /* In the order in which they came, so that it is their turn who were late in the last tick. The first that is not
  * answered. */
-static size_t answer_queries(service *s, const letter *queries, size_t count)
+static size_t answer_queries(service *s, const command *queries, size_t count)
 {
     int64_t began_ns = clock_monotonic_ns(), now_ns = began_ns;
     size_t i = 0;
     for (; i < count && (now_ns - began_ns < ANSWERS_NS || s->replaying); i++) {
         wire_message m;
-        const letter *l = &queries[i];
+        const command *l = &queries[i];
         int64_t before_ns = now_ns;
-        if (!open_letter(s, l, &m)) continue;
+        if (!open_command(s, l, &m)) continue;
         suspect_begin(s, &m);
         answer_query(s, l->link, &m.query);
         suspect_end(s);
@@ -157,7 +158,7 @@ static size_t answer_queries(service *s, const letter *queries, size_t count)
 
 static int compare_offsets(const void *a, const void *b)
 {
-    const letter *x = a, *y = b;
+    const command *x = a, *y = b;
     return (x->offset > y->offset) - (x->offset < y->offset);
 }
 
@@ -165,13 +166,13 @@ void inbox_answer(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
-    ARRAY(letter) queries = {0};
-    for (size_t i = 0; i < in->letters.count; i++)
-        if (in->letters.at[i].kind == WIRE_QUERY) array_push(&queries, in->letters.at[i]);
+    ARRAY(command) queries = {0};
+    for (size_t i = 0; i < in->commands.count; i++)
+        if (in->commands.at[i].kind == WIRE_QUERY) array_push(&queries, in->commands.at[i]);
     if (queries.count > 1) qsort(queries.at, queries.count, sizeof *queries.at, compare_offsets);
     size_t answered = answer_queries(s, queries.at, queries.count);
     for (size_t i = queries.count; i-- > answered;)
-        if (open_letter(s, &queries.at[i], &m)) shares_defer(s, &queries.at[i], &m);
+        if (open_command(s, &queries.at[i], &m)) shares_defer(s, &queries.at[i], &m);
     array_free(&queries);
-    in->letters.count = in->bytes.count = in->poses.count = 0;
+    in->commands.count = in->bytes.count = in->poses.count = 0;
 }

@@ -11,7 +11,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-enum { REJECTS_TOLD = 100 /* a second and client: a flood is not answered by a flood */ };
+enum { REJECTS_REPORTED = 100 /* a second and client: a flood is not answered by a flood */ };
 
 static const int64_t SECOND_NS = 1000000000, LEASE_MOST_NS = 3600000000000;
 
@@ -78,10 +78,10 @@ bool limits_shapes(service *s, const session *c, size_t instead_of, size_t more,
     return !more || !apply_limit(s, after - 1, s->config.max_client_shapes, "max_client_shapes", why);
 }
 
-bool limits_interests(service *s, const session *c, wire_refusal *why)
+bool limits_subscriptions(service *s, const session *c, wire_refusal *why)
 {
-    if (!s->config.max_client_interests) return true;
-    return !apply_limit(s, c->interest_count, s->config.max_client_interests, "max_client_interests", why);
+    if (!s->config.max_client_subscriptions) return true;
+    return !apply_limit(s, c->subscription_count, s->config.max_client_subscriptions, "max_client_subscriptions", why);
 }
 
 bool limits_geometry(service *s, const session *c, const wire_geometry *m, wire_refusal *why)
@@ -92,11 +92,11 @@ bool limits_geometry(service *s, const session *c, const wire_geometry *m, wire_
 }
 
 /* May this refusal be told to its client? It is counted in any case. */
-bool limits_tell_reject(service *s, int64_t client)
+bool limits_report_reject(service *s, int64_t client)
 {
     session *c = session_find(s, client);
-    int64_t told = flow_add(c ? &c->rejects : &s->rejects, s->monotonic_ns, 1);
-    if (told <= REJECTS_TOLD) return true;
+    int64_t reported = flow_add(c ? &c->rejects : &s->rejects, s->monotonic_ns, 1);
+    if (reported <= REJECTS_REPORTED) return true;
     metric_count(s->count.rejects_untold, 1);
     return false;
 }

@@ -192,7 +192,7 @@ static int64_t need_of_geometry(const wire_geometry *m)
 }
 
 /* Who asks for one name is told of few of the pairs. */
-static int64_t need_of_interest(const service *s, const wire_interest *m)
+static int64_t need_of_subscription(const service *s, const wire_subscription *m)
 {
     bool wide = strpbrk(m->select_a, "*?") || !*m->select_a || strncmp(m->select_a, "group:", 6) == 0;
     return NAMED_BYTES + (wide ? WATCH_BYTES * (int64_t)world_get_figures(s->world).pairs : 0);
@@ -209,8 +209,8 @@ static int64_t need_of(const service *s, const wire_message *m, bool *may_use_re
         return m->geometry.removed ? 0 : need_of_geometry(&m->geometry);
     case WIRE_BODY:
         return m->body.removed ? 0 : BODY_BYTES + SHAPE_BYTES * m->body.shape_types.count + (int64_t)wire_lcm_size(m);
-    case WIRE_INTEREST:
-        return m->interest.removed ? 0 : need_of_interest(s, &m->interest);
+    case WIRE_SUBSCRIPTION:
+        return m->subscription.removed ? 0 : need_of_subscription(s, &m->subscription);
     case WIRE_POSE_BATCH: /* those of lock-step are kept until their step is complete */
         *may_use_reserve = true;
         return m->pose_batch.step ? POSE_BYTES * m->pose_batch.bodies.count : 0;
@@ -228,14 +228,14 @@ static int64_t promise_of(const wire_message *m, int64_t need)
     return m->kind == WIRE_GEOMETRY && m->geometry.piece + 1 < m->geometry.pieces ? (int64_t)wire_lcm_size(m) : need;
 }
 
-static void tell_short(service *s)
+static void report_short(service *s)
 {
     memory_gauge *g = s->memory;
-    if (!g->told)
+    if (!g->reported)
         log_warning("memory_limit = %" PRId64 " MiB is nearly reached: %" PRId64
                     " MiB are in use, and nothing that would need more is let in",
             g->limit / MIB, g->resident / MIB);
-    g->told = true;
+    g->reported = true;
     apply_name_limit(s, "memory_limit");
 }
 
@@ -269,7 +269,7 @@ bool memory_admit(service *s, const struct link *from, const wire_message *m, wi
         "memory_limit = %" PRId64 " MiB is reached: %" PRId64 " MiB are in use, and this may need %" PRId64 " KiB more",
         g->limit / MIB, g->resident / MIB, need / 1024);
     metric_count(s->count.memory_refused, 1);
-    tell_short(s);
+    report_short(s);
     return false;
 }
 
@@ -296,7 +296,7 @@ void memory_trim(service *s)
     if (g->statm < 0 || s->monotonic_ns < g->next_trim_ns) return;
     look_again(s);
     bool is_short = g->left < 2 * reserve(g);
-    if (!is_short) g->told = false;
+    if (!is_short) g->reported = false;
     if (!is_short) return;
     int64_t before = g->resident;
     world_trim(s->world);

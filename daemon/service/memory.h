@@ -25,7 +25,7 @@ typedef struct memory_gauge {
     int64_t looked_ns; /* monotonic */
     int64_t next_trim_ns;
     int64_t pairs; /* at the last look */
-    bool told;     /* that it is short, in the log */
+    bool reported; /* that it is short, in the log */
 } memory_gauge;
 
 /* Bytes that this process may have: of the machine's memory, its cgroup's (memory.max and memory.high, or

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <systemd/sd-daemon.h>
 
-static void tell_manager(const char *text)
+static void report_manager(const char *text)
 {
     int result = sd_notify(0, text);
     if (result < 0) log_warning("the service manager was not told \"%.60s\": %s", text, strerror(-result));
@@ -27,25 +27,25 @@ void notify_ready(const char *state)
 {
     char text[512];
     snprintf(text, sizeof text, "READY=1\nSTATUS=%s", state);
-    tell_manager(text);
+    report_manager(text);
 }
 
 void notify_state(const char *state)
 {
     char text[512];
     snprintf(text, sizeof text, "STATUS=%s", state);
-    tell_manager(text);
+    report_manager(text);
 }
 
 /* Told early by a fifth, so that a round that takes a little does not make it late. */
 void notify_alive(notify *n, int64_t now_ns)
 {
     if (now_ns < n->next_ns) return;
-    tell_manager("WATCHDOG=1");
+    report_manager("WATCHDOG=1");
     n->next_ns = now_ns + n->period_ns - n->period_ns / 5;
 }
 
 void notify_stopping(void)
 {
-    tell_manager("STOPPING=1\nSTATUS=ending in order");
+    report_manager("STOPPING=1\nSTATUS=ending in order");
 }

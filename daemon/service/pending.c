@@ -120,7 +120,7 @@ static bool has_room_for_body(service *s, const session *c, const pending_body *
            !apply_limit(s, (size_t)((bytes - 1) / mib), f->max_client_geometry, "max_client_geometry", why);
 }
 
-static pending_body make(service *s, const letter *l, const wire_body *m)
+static pending_body make(service *s, const command *l, const wire_body *m)
 {
     pending_body p = {.client = l->client,
         .sequence = l->sequence,
@@ -149,7 +149,7 @@ static void add_pending_body(service *s, const pending_body *p)
     note_wait(s, p);
 }
 
-void pending_put(service *s, const letter *l, const wire_body *m)
+void pending_put(service *s, const command *l, const wire_body *m)
 {
     wire_refusal why;
     session *c = session_find(s, l->client); /* it is there: a Body has been tried */
@@ -216,11 +216,11 @@ static bool may_be_tried(service *s, const pending_body *p)
     return (s->hull_came && state != GEOMETRY_MISSING) || s->monotonic_ns - p->since_ns >= HULL_WAIT_NS;
 }
 
-static letter letter_of(service *s, const pending_body *p)
+static command command_of(service *s, const pending_body *p)
 {
     inbox *in = &s->inbox;
     bool is_ready = geometry_state_of(s, p->client, p->hash) == GEOMETRY_READY;
-    letter l = {.client = p->client,
+    command l = {.client = p->client,
         .sequence = p->sequence,
         .since_ns = p->since_ns,
         .link = p->link,
@@ -251,7 +251,7 @@ bool pending_wake(service *s)
             break;
         }
         woken += p->bytes.count;
-        array_push(&s->inbox.letters, letter_of(s, p));
+        array_push(&s->inbox.commands, command_of(s, p));
         remove_one(s, p);
     }
     close_gaps(s);

@@ -233,7 +233,7 @@ void apply_count_refused(session *c, uint32_t more, wire_reason reason)
     c->refused.count += (int32_t)(more < room ? more : room);
 }
 
-static void tell_of_poses(service *s, struct link *from, const wire_pose_batch *m, const tally *t)
+static void report_of_poses(service *s, struct link *from, const wire_pose_batch *m, const tally *t)
 {
     wire_refusal why;
     if (t->late) metric_count(s->count.late_poses, t->late);
@@ -269,7 +269,7 @@ void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulati
 /* A network has overtaken them, which the client knows; or they are of a new process under the same id whose clock was
  * set back, and poses of the one before came last, with nothing that would have told of it. This tells it, as an older
  * Client would (apply.c): it goes on from there. */
-static void tell_newest(const service *s, struct link *to, int64_t client, int64_t newest)
+static void report_newest(const service *s, struct link *to, int64_t client, int64_t newest)
 {
     const wire_message m = {
         .kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {newest != 0, &newest}}};
@@ -291,10 +291,10 @@ static void apply_poses_of(service *s, session *c, struct link *from, const wire
     if (c && m->stamp_ns > c->latest_pose_ns) c->latest_pose_ns = m->stamp_ns;
     if (c) c->pose_count += m->bodies.count;
     move(s, c, m, choose_newer(s, c, m, &t), &t);
-    tell_newest(s, from, m->client, t.newest);
+    report_newest(s, from, m->client, t.newest);
     if (c && m->step) apply_count_refused(c, t.unknown + t.waiting, WIRE_UNKNOWN_BODY);
     if (c && m->step) apply_count_refused(c, t.older, WIRE_OLD_POSE);
-    tell_of_poses(s, from, m, &t);
+    report_of_poses(s, from, m, &t);
 }
 
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m)
@@ -309,12 +309,12 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
 {
     session *c = session_find(s, m->client);
     bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
-    bool may = may_wait && !(c && is_mark), waits = may && (!c || c->letters_tick == s->tick);
+    bool may = may_wait && !(c && is_mark), waits = may && (!c || c->commands_tick == s->tick);
     if (waits || (find_bodies(s, c, m) && may)) {
         put_into_inbox(s, c, from, m);
         return;
     }
-    if (c && m->sequence != STEP_IN_ITS_NAME) c->heard_ns = s->monotonic_ns;
+    if (c && m->sequence != STEP_IN_ITS_NAME) c->last_seen_ns = s->monotonic_ns;
     if (c && steps_take(s, c, from, m)) return;
     apply_poses_of(s, c, from, m);
 }

@@ -39,7 +39,7 @@ void privileges_no_more(void)
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) log_warning("PR_SET_NO_NEW_PRIVS: %s", strerror(errno));
 }
 
-void privileges_tell(const char *user)
+void privileges_report(const char *user)
 {
     if (geteuid() == 0 && !*user)
         log_notice("this is root: user = NAME in the configuration, or the systemd unit, lets it run as another");

@@ -10,6 +10,6 @@ int privileges_check(const char *user, char *why, size_t why_size);
 void privileges_no_more(void); /* no program that is started from now on gets more, by setuid bits or otherwise */
 /* Becomes that user for good: user, group and supplementary groups, no capabilities. 0, or -1 with a line in `why`. */
 int privileges_drop(const char *user, char *why, size_t why_size);
-void privileges_tell(const char *user); /* in the log, if it is root without a need */
+void privileges_report(const char *user); /* in the log, if it is root without a need */
 
 #endif

@@ -37,7 +37,7 @@ void ready_announced(service *s)
     s->announced_ns = s->monotonic_ns;
 }
 
-static void tell_of_settling(const service *s, bool gives_up)
+static void report_of_settling(const service *s, bool gives_up)
 {
     world_figures f = world_get_figures(s->world);
     double after = 1e-9 * (double)(s->monotonic_ns - s->began_ns);
@@ -60,7 +60,7 @@ bool ready_check(service *s)
         "starting: %zu clients are here; last announcement %.1f s ago, %zu commands wait, %zu geometries in part",
         s->sessions.count, 1e-9 * (double)silent_ns, s->pending.count, parts);
     s->whole = (silent_ns >= settle_ns(s) && !waits) || gives_up;
-    if (s->whole) tell_of_settling(s, gives_up && (waits || silent_ns < settle_ns(s)));
+    if (s->whole) report_of_settling(s, gives_up && (waits || silent_ns < settle_ns(s)));
     return s->whole;
 }
 

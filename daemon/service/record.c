@@ -21,7 +21,7 @@ enum {
     HERE_MS = 10,        /* a tick waits for a disk so long: most are quicker */
     AT_ONCE = 4 << 20,   /* bytes that a recording begins with within the tick it was asked for in */
     ENDS_MAX = 4,        /* recordings that a slow disk has yet to finish */
-    TELL_NS = 8000000,   /* of a tick goes to what a large world's recording begins with */
+    REPORT_NS = 8000000, /* of a tick goes to what a large world's recording begins with */
     AGAIN_NS = 5000000,  /* they are looked after so often */
     LAST_WAIT_MS = 60000 /* for those, when the daemon ends */
 };
@@ -39,7 +39,7 @@ static void let_go_of_recording(service *s)
 }
 
 /* It has ended of itself. */
-static void tell_end_of_recording(service *s, const record_file *f, const char *path)
+static void report_end_of_recording(service *s, const record_file *f, const char *path)
 {
     const char *option, *why = record_file_why(f, &option);
     log_error("recording to %s ends: %s", path, why);
@@ -51,7 +51,7 @@ static void check_file(service *s)
 {
     const char *option;
     if (!s->recording_to || record_file_look(s->recording_to, 0) != RECORD_FILE_ENDED) return;
-    tell_end_of_recording(s, s->recording_to, record_file_path(s->recording_to));
+    report_end_of_recording(s, s->recording_to, record_file_path(s->recording_to));
     if (s->record_next && s->record_reply.to) { /* whoever asked for it is told that it did not come to that */
         s->record_reply.answer.status = s->record_wish.status = WIRE_ANSWER_UNSUPPORTED;
         snprintf(s->record_wish.text, sizeof s->record_wish.text, "%.400s", record_file_why(s->recording_to, &option));
@@ -103,7 +103,7 @@ static void announce(service *s)
     s->record_next = NULL;
     for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].recorded = 0;
     char settings[CONFIG_DECIDING_MAX];
-    config_tell_deciding(&s->config, settings);
+    config_report_deciding(&s->config, settings);
     if (*settings) check(s, wire_log_settings(s->recording, s->now_ns / 1000, settings));
     s->state_due = s->tick > 0;
     if (s->recording) record_state_begin(s);
@@ -188,14 +188,14 @@ void record_tick(service *s)
 {
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->replaying ? s->recorded_budget : s->config.budget_us > 0,
-        .work = (int64_t)world_get_figures(s->world).work, .slice = (int64_t)service_slice_told(s),
+        .work = (int64_t)world_get_figures(s->world).work, .slice = (int64_t)service_slice_reported(s),
         .pairs_most = service_pairs_limited(s)};
     if (s->record_next && record_file_take_room(s->recording_to, &s->record_room)) {
         announce(s);
         return;
     }
     if (s->record_telling.runs) { /* over some ticks, whose ends are not told; the state is one tick's work */
-        (void)record_state_more(s, TELL_NS);
+        (void)record_state_more(s, REPORT_NS);
         return;
     }
     if (s->state_due) record_whole_state(s);

@@ -12,7 +12,7 @@
 
 #include <stdlib.h>
 
-static void tell_geometry(service *s, const geometry *g, int64_t client)
+static void report_geometry(service *s, const geometry *g, int64_t client)
 {
     for (int32_t piece = 0; piece < g->pieces; piece++) {
         if (g->has && !g->has[piece]) continue; /* the recording will see it come */
@@ -33,7 +33,7 @@ static void tell_geometry(service *s, const geometry *g, int64_t client)
     }
 }
 
-static void tell_taken_back(service *s, const geometry_claim *c)
+static void report_taken_back(service *s, const geometry_claim *c)
 {
     const wire_message m = {.kind = WIRE_GEOMETRY,
         .geometry = {.version = WIRE_VERSION,
@@ -127,7 +127,7 @@ static void fill_rules(columns *c, const world_body *def, wire_body *m)
 }
 
 /* Late copies of what was before do not bring it back, here as there. */
-static void tell_removed_body(service *s, const session *c, const owned_body *b)
+static void report_removed_body(service *s, const session *c, const owned_body *b)
 {
     const wire_message m = {.kind = WIRE_BODY,
         .body = {.version = WIRE_VERSION,
@@ -140,13 +140,13 @@ static void tell_removed_body(service *s, const session *c, const owned_body *b)
     record_message(s, &m);
 }
 
-static void tell_removed_interest(service *s, const session *c, const owned_interest *i)
+static void report_removed_subscription(service *s, const session *c, const owned_subscription *i)
 {
-    const wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    const wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = c->client,
             .sequence = i->sequence,
-            .interest = i->number,
+            .subscription = i->number,
             .removed = 1,
             .stream = "",
             .select_a = "",
@@ -155,7 +155,7 @@ static void tell_removed_interest(service *s, const session *c, const owned_inte
 }
 
 /* Older poses that come late do not count: the number of the one that it has is told with that. */
-static void tell_pose(service *s, session *c, const owned_body *b, const world_body *def, const double pose[7])
+static void report_pose(service *s, session *c, const owned_body *b, const world_body *def, const double pose[7])
 {
     int64_t sequence = *session_pose_sequence(c, b);
     const uint8_t teleport = 1;
@@ -171,10 +171,10 @@ static void tell_pose(service *s, session *c, const owned_body *b, const world_b
     if (sequence > b->sequence && sequence != STEP_IN_ITS_NAME) record_message(s, &m);
 }
 
-static void tell_body(service *s, session *c, const owned_body *b, columns *scratch)
+static void report_body(service *s, session *c, const owned_body *b, columns *scratch)
 {
     world_body def;
-    if (b->world_id == WORLD_NONE) tell_removed_body(s, c, b);
+    if (b->world_id == WORLD_NONE) report_removed_body(s, c, b);
     if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
     pose_numbers(scratch->pose, def.pose);
     wire_message m = {.kind = WIRE_BODY,
@@ -198,19 +198,19 @@ static void tell_body(service *s, session *c, const owned_body *b, columns *scra
     fill_shapes(s, scratch, &def, b, &m.body);
     fill_rules(scratch, &def, &m.body);
     record_message(s, &m);
-    tell_pose(s, c, b, &def, scratch->pose);
+    report_pose(s, c, b, &def, scratch->pose);
 }
 
-static void tell_interest(service *s, const session *c, const owned_interest *i)
+static void report_subscription(service *s, const session *c, const owned_subscription *i)
 {
-    world_interest def;
-    if (!i->live) tell_removed_interest(s, c, i);
-    if (!i->live || world_get_interest(s->world, i->world_id, &def) != WORLD_OK) return;
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    world_subscription def;
+    if (!i->live) report_removed_subscription(s, c, i);
+    if (!i->live || world_get_subscription(s->world, i->world_id, &def) != WORLD_OK) return;
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = c->client,
             .sequence = i->sequence,
-            .interest = i->number,
+            .subscription = i->number,
             .facts = (int32_t)def.facts,
             .stream = s->streams.at[i->world_id].name,
             .select_a = def.select_a,
@@ -226,7 +226,7 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
     record_message(s, &m);
 }
 
-static void tell_kept_pose(service *s, const pending_body *p)
+static void report_kept_pose(service *s, const pending_body *p)
 {
     const uint8_t teleport = 1;
     const kept_pose *k = &p->pose;
@@ -245,7 +245,7 @@ static void tell_kept_pose(service *s, const pending_body *p)
 }
 
 /* Bodies that wait for their hulls. */
-static void tell_waiting_bodies(service *s)
+static void report_waiting_bodies(service *s)
 {
     wire_memory *memory = wire_memory_create();
     for (size_t i = 0; i < s->pending.count; i++) {
@@ -254,13 +254,13 @@ static void tell_waiting_bodies(service *s)
         wire_refusal why;
         wire_memory_reset(memory);
         if (wire_lcm_decode(p->bytes.at, p->bytes.count, memory, &m, &why) == WIRE_OK) record_message(s, &m);
-        tell_kept_pose(s, p);
+        report_kept_pose(s, p);
     }
     wire_memory_destroy(memory);
 }
 
 /* Clients that left so short a time ago that copies of what they said may yet come: each comes, and leaves. */
-static void tell_left(service *s)
+static void report_left(service *s)
 {
     for (size_t i = 0; i < LOST_KEPT; i++) {
         const left_client *l = &s->left_clients[i];
@@ -276,19 +276,19 @@ static void tell_left(service *s)
 }
 
 /* What the bodies of a client hold, though it has taken it back: each once. */
-static void tell_held(service *s, const session *c)
+static void report_held(service *s, const session *c)
 {
-    pair_map told;
-    pair_map_init(&told);
+    pair_map reported;
+    pair_map_init(&reported);
     for (size_t k = 0; k < c->bodies.count; k++)
         for (size_t n = 0; n < c->bodies.at[k].geometries.count; n++) {
             const geometry *g = geometry_at(s, c->bodies.at[k].geometries.at[n]);
             bool claimed = geometry_claimed(s, c->client, g->hash) == g->id;
-            if (claimed || pair_map_get(&told, (uint64_t)g->id) != PAIR_MAP_NONE) continue;
-            pair_map_put(&told, (uint64_t)g->id, 0);
-            tell_geometry(s, g, c->client);
+            if (claimed || pair_map_get(&reported, (uint64_t)g->id) != PAIR_MAP_NONE) continue;
+            pair_map_put(&reported, (uint64_t)g->id, 0);
+            report_geometry(s, g, c->client);
         }
-    pair_map_free(&told);
+    pair_map_free(&reported);
 }
 
 static bool time_is_up(int64_t until_ns)
@@ -298,7 +298,7 @@ static bool time_is_up(int64_t until_ns)
 
 /* From the one on that follows what was told last: claims come and go meanwhile, but keep their order. True: all of
  * them were told. */
-static bool tell_claimed(service *s, const session *c, int64_t until_ns)
+static bool report_claimed(service *s, const session *c, int64_t until_ns)
 {
     record_telling *t = &s->record_telling;
     uint32_t last = t->hash ? pair_map_get(&c->claim_of, (uint64_t)t->hash) : PAIR_MAP_NONE;
@@ -307,7 +307,7 @@ static bool tell_claimed(service *s, const session *c, int64_t until_ns)
         const geometry *g = claim->geometry ? geometry_at(s, claim->geometry) : NULL;
         if (!g) continue;
         t->hash = claim->hash;
-        tell_geometry(s, g, c->client);
+        report_geometry(s, g, c->client);
         if (g->is_building) record_build(s, c->client, g->hash, false);
         if (time_is_up(until_ns)) return false;
     }
@@ -315,21 +315,21 @@ static bool tell_claimed(service *s, const session *c, int64_t until_ns)
 }
 
 /* What is claimed meanwhile is recorded already. */
-static void tell_geometries(service *s, int64_t until_ns)
+static void report_geometries(service *s, int64_t until_ns)
 {
     record_telling *t = &s->record_telling;
     for (; t->next < t->clients.count; t->next++, t->hash = 0) {
         const session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
-        if (c && !tell_claimed(s, c, until_ns)) return;
+        if (c && !report_claimed(s, c, until_ns)) return;
     }
-    for (size_t i = 0; i < s->sessions.count; i++) tell_held(s, s->sessions.at[i]);
+    for (size_t i = 0; i < s->sessions.count; i++) report_held(s, s->sessions.at[i]);
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         for (size_t k = 0; k < c->claims.count; k++)
-            if (!c->claims.at[k].geometry && c->claims.at[k].sequence) tell_taken_back(s, &c->claims.at[k]);
+            if (!c->claims.at[k].geometry && c->claims.at[k].sequence) report_taken_back(s, &c->claims.at[k]);
     }
     t->next = 0;
-    t->geometries_told = true;
+    t->geometries_reported = true;
 }
 
 size_t record_state_size(const service *s)
@@ -357,11 +357,11 @@ static wire_message greeting_of(const session *c)
 }
 
 /* Its bodies have been told. */
-static void tell_rest(service *s, session *c)
+static void report_rest(service *s, session *c)
 {
     wire_message m = greeting_of(c);
     m.client.removed = 1;
-    for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
+    for (size_t k = 0; k < c->subscriptions.count; k++) report_subscription(s, c, &c->subscriptions.at[k]);
     steps_record(s, c);
     if (c->left)
         record_message(s, &m);
@@ -370,7 +370,7 @@ static void tell_rest(service *s, session *c)
 }
 
 /* Bodies stay in their places, those that have come meanwhile are recorded already. True: all of it was told. */
-static bool tell_client(service *s, session *c, columns *scratch, int64_t until_ns)
+static bool report_client(service *s, session *c, columns *scratch, int64_t until_ns)
 {
     enum { AT_ONCE = 64 };
     record_telling *t = &s->record_telling;
@@ -379,20 +379,20 @@ static bool tell_client(service *s, session *c, columns *scratch, int64_t until_
         record_message(s, &m);
     }
     while (t->next_body < c->bodies.count) {
-        tell_body(s, c, &c->bodies.at[t->next_body++], scratch);
+        report_body(s, c, &c->bodies.at[t->next_body++], scratch);
         if (t->next_body % AT_ONCE == 0 && time_is_up(until_ns)) return false;
     }
-    tell_rest(s, c);
+    report_rest(s, c);
     return true;
 }
 
-static void tell_clients(service *s, int64_t until_ns)
+static void report_clients(service *s, int64_t until_ns)
 {
     record_telling *t = &s->record_telling;
     columns *scratch = base_alloc(1, sizeof *scratch);
     while (s->recording && t->next < t->clients.count) {
         session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
-        if (c && !tell_client(s, c, scratch, until_ns)) break;
+        if (c && !report_client(s, c, scratch, until_ns)) break;
         t->next++;
         t->next_body = 0;
         if (time_is_up(until_ns)) break;
@@ -407,7 +407,7 @@ void record_state_begin(service *s)
     *t = (record_telling){.runs = true};
     for (size_t i = 0; i < s->sessions.count; i++) array_push(&t->clients, s->sessions.at[i]->client);
     record_steps(s);
-    tell_left(s);
+    report_left(s);
 }
 
 bool record_state_more(service *s, int64_t most_ns)
@@ -415,10 +415,10 @@ bool record_state_more(service *s, int64_t most_ns)
     record_telling *t = &s->record_telling;
     int64_t until_ns = most_ns == INT64_MAX ? most_ns : clock_monotonic_ns() + most_ns;
     if (!t->runs) return true;
-    if (!t->geometries_told) tell_geometries(s, until_ns);
-    if (t->geometries_told && !time_is_up(until_ns)) tell_clients(s, until_ns);
-    if (t->next < t->clients.count || !t->geometries_told) return false;
-    tell_waiting_bodies(s);
+    if (!t->geometries_reported) report_geometries(s, until_ns);
+    if (t->geometries_reported && !time_is_up(until_ns)) report_clients(s, until_ns);
+    if (t->next < t->clients.count || !t->geometries_reported) return false;
+    report_waiting_bodies(s);
     record_state_end(s);
     return true;
 }

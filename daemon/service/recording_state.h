@@ -14,7 +14,7 @@ typedef struct record_wish { /* the last one on recordings, and what was answere
 
 typedef struct record_telling { /* of what a recording that begins in the middle is told: how far that has come */
     bool runs;
-    bool geometries_told;
+    bool geometries_reported;
     int64_t hash;           /* of the last claim of the next client on a geometry that was told; 0: none */
     ARRAY(int64_t) clients; /* that are to be told, ... */
     size_t next, next_body; /* ... and who, and what of its bodies, is next */

@@ -41,12 +41,12 @@ bool replay_take(service *s, const link_sink *sink, wire_log_tick *t, char *why,
 static void compare_events(void *context, const world_batches *batches)
 {
     progress *p = context;
-    link_replay_told told = link_replay_events(p->service->links[0]);
+    link_replay_reported reported = link_replay_events(p->service->links[0]);
     bool differs = batches->hash != (uint64_t)p->tick.events_hash;
-    p->has_events |= told.size != 0;
+    p->has_events |= reported.size != 0;
     /* Where nothing is recorded, nothing was told, or no events were recorded then: a recording that has some knows. */
-    if (p->differs_tick || (!told.size && !(p->has_events && differs))) return;
-    if (!compare_batches(p->service, told, batches, &p->what)) return;
+    if (p->differs_tick || (!reported.size && !(p->has_events && differs))) return;
+    if (!compare_batches(p->service, reported, batches, &p->what)) return;
     p->differs_tick = p->tick.tick;
     if (!p->first_different) p->first_different = p->tick.tick;
 }
@@ -116,7 +116,7 @@ static void print_difference(int64_t tick, const difference *d)
     printf("],\"more\":%zu}", d->more);
 }
 
-static void tell_difference(int64_t tick, const difference *d)
+static void report_difference(int64_t tick, const difference *d)
 {
     printf("The first difference in what was told, in tick %" PRId64 ":\n", tick);
     if (d->event >= 0)
@@ -155,7 +155,7 @@ static void report(const progress *p)
     printf("DIFFERS from the recording from tick %" PRId64 " on: recorded hash %016" PRIx64 "\n", p->first_different,
         p->recorded_hash);
     if (p->differs_tick)
-        tell_difference(p->differs_tick, &p->what);
+        report_difference(p->differs_tick, &p->what);
     else
         printf(p->has_events ? "All events are those that were recorded: only their hash is another one\n"
                              : "What differs cannot be told: the recording has no events (record_events)\n");

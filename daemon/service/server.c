@@ -106,7 +106,7 @@ static void on_state(void *context, const uint8_t *bytes, size_t size)
 
 static void on_build(void *context, int64_t client, int64_t hash, bool ready)
 {
-    geometry_tell(context, client, hash, ready);
+    geometry_report(context, client, hash, ready);
 }
 
 /* At a fixed rate a tick takes all that has come. */
@@ -196,7 +196,7 @@ static int open_links(server *v, char *why, size_t why_size)
     return -1;
 }
 
-static void tell_links(const service *s)
+static void report_links(const service *s)
 {
     for (size_t i = 0; i < s->link_count; i++) {
         char text[512];
@@ -239,8 +239,8 @@ static void free_clients(service *s)
     world_destroy(s->world);
     pending_free_all(s);
     geometry_free_all(s);
-    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
-    s->told_builds.count = 0;
+    s->inbox.commands.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
+    s->reported_builds.count = 0;
 }
 
 void service_reset(service *s)
@@ -344,7 +344,7 @@ void server_destroy(server *v)
     builds_destroy(s->builds);
     wire_memory_destroy(s->inbox.memory);
     if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
-    array_free(&s->inbox.letters);
+    array_free(&s->inbox.commands);
     array_free(&s->inbox.bytes);
     array_free(&s->inbox.poses);
     array_free(&s->shapes);
@@ -370,7 +370,7 @@ static const double OVER = 1.2; /* times its budget: a tick that takes longer is
 static void tick(service *s, int64_t round_began)
 {
     int64_t began = clock_monotonic_ns();
-    uint64_t told = metric_get(s->count.events_out);
+    uint64_t reported = metric_get(s->count.events_out);
     s->tick++;
     s->pairs_most = memory_pairs_most(s);
     pace_begin(&s->pace, began);
@@ -383,7 +383,7 @@ static void tick(service *s, int64_t round_began)
     service_learn_slice(s, took);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
         metric_count(s->count.budget_over, 1);
-    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told) {
+    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != reported) {
         int64_t latency = clock_wall_ns() - newest;
         histogram_add(&s->measures.latency, 1e-9 * (double)latency);
         quantiles_add(&s->measures.latencies, latency);
@@ -398,7 +398,7 @@ static void tick(service *s, int64_t round_began)
 /* Whatever comes, and on whichever thread: a tick is due for what waits. */
 static bool commands_wait(const service *s)
 {
-    return s->inbox.letters.count || pending_due(s) || builds_ready(s->builds);
+    return s->inbox.commands.count || pending_due(s) || builds_ready(s->builds);
 }
 
 /* Poses that change nothing need no tick of their own: the first that come so long after the last tick have one, and
@@ -492,7 +492,7 @@ static void publish_status(server *v, uint8_t health)
 }
 
 /* To the service manager, when it changes. */
-static void tell_health(const service *s)
+static void report_health(const service *s)
 {
     char state[HEALTH_LIMITS_MAX + 48], limits[HEALTH_LIMITS_MAX];
     health_limits(s, limits, sizeof limits);
@@ -513,7 +513,7 @@ static void tick_if_due(server *v, int64_t began_ns)
 {
     service *s = &v->s;
     steps_watch(s);
-    v->calm = !world_changed(s->world) && !s->inbox.letters.count;
+    v->calm = !world_changed(s->world) && !s->inbox.commands.count;
     if (!due(v)) { /* what came may have been refused all the same */
         for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
         return;
@@ -570,7 +570,7 @@ static void one_round(server *v, const link_sink *sink)
     s->status_due = false;
     uint8_t before = s->health;
     publish_status(v, health_now(s));
-    if (s->health != before) tell_health(s);
+    if (s->health != before) report_health(s);
 }
 
 /* ---- where poses arrive ---- */
@@ -600,7 +600,7 @@ static bool suits(server *v, const struct link *from)
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
     bool short_enough = v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS;
     return !s->standby && !s->record_next && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) &&
-           !s->recording && !s->inbox.letters.count && is_only_dds(s, from);
+           !s->recording && !s->inbox.commands.count && is_only_dds(s, from);
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
@@ -621,7 +621,7 @@ static bool poses_arrived(void *context, struct link *from)
     if (here) {
         link_sink sink = sink_of(s);
         from->ops->receive_poses(from, &sink);
-        bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS &&
+        bool small = !s->inbox.commands.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS &&
                      (v->round_ns < LONG_ROUND_NS || !world_changed(s->world));
         int64_t ticks = s->tick;
         s->poses_only = true;
@@ -642,7 +642,7 @@ static void end_in_order(server *v)
     service *s = &v->s;
     set_clock(v);
     notify_stopping();
-    if (s->inbox.letters.count && !standby_waits(s)) tick(s, s->monotonic_ns); /* what came with the signal */
+    if (s->inbox.commands.count && !standby_waits(s)) tick(s, s->monotonic_ns); /* what came with the signal */
     record_stop(s);
     if (standby_hands_over(s)) return;
     publish_status(v, WIRE_HEALTH_STOPPING);
@@ -659,9 +659,9 @@ static void begin(server *v)
 {
     service *s = &v->s;
     char state[256];
-    tell_links(s);
-    privileges_tell(s->config.user);
-    service_tell_broad(s);
+    report_links(s);
+    privileges_report(s->config.user);
+    service_report_broad(s);
     snprintf(state, sizeof state, "%s is ready, %u worker(s), epoch %" PRId64, s->daemon_name, worker_count(&s->config),
         s->epoch);
     log_notice("%s", state);

@@ -35,7 +35,7 @@
 enum { LINKS_MAX = 8 };
 
 /* A limit that was reached is told in Status for so long. */
-#define LIMITS_TOLD_NS ((int64_t)60000000000)
+#define LIMITS_REPORTED_NS ((int64_t)60000000000)
 
 typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
@@ -105,7 +105,7 @@ typedef struct service {
     taken_state taken;
     int64_t status_tick; /* of the last Status */
     bool replaying, stopping;
-    broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
+    broad_kind reported_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
     bool whole;                     /* nobody has anything to announce any more that was there before the start */
     int64_t began_ns, announced_ns; /* the links were opened; something new was announced last; monotonic */
@@ -118,7 +118,7 @@ typedef struct service {
     size_t lost_count;
     left_client left_clients[LOST_KEPT]; /* a ring of the newest */
     size_t left_count;
-    ARRAY(stream) streams;                 /* by the world's interest id */
+    ARRAY(stream) streams;                 /* by the world's subscription id */
     pair_map open_streams, ending_streams; /* by name: see stream_names.c */
     ARRAY(geometry) geometries;
     pair_map geometry_of;    /* id -> place */
@@ -129,8 +129,8 @@ typedef struct service {
     int64_t geometries_completed;
     size_t geometries_building;
     builds *builds;
-    uint64_t built_units;          /* in this tick, at once */
-    ARRAY(told_build) told_builds; /* for this tick */
+    uint64_t built_units;                  /* in this tick, at once */
+    ARRAY(reported_build) reported_builds; /* for this tick */
     pending_bodies pending;
     size_t pending_new, pending_shapes; /* of those that wait for a build: bodies that are new, and shapes */
     size_t pending_missing;             /* those that wait for what has not come, ... */
@@ -159,7 +159,7 @@ typedef struct service {
     bool state_due; /* the recording began in the middle: its state is written when the tick ends */
     record_wish record_wish;
     record_reply record_reply;
-    char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
+    char limits[512];        /* named limits that were reached in the last LIMITS_REPORTED_NS */
     int64_t limit_ns;        /* when the last of them was, monotonic */
     bool hull_came;          /* since waiting commands were last tried */
     bool geometries_loose;   /* some may have nobody who wants them any more */
@@ -168,7 +168,7 @@ typedef struct service {
     bool status_due;         /* before its time */
     struct part *part;       /* scratch of stream.c: of a batch that is being told */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
-    void (*amend_interest)(const void *context, world_interest *def);
+    void (*amend_subscription)(const void *context, world_subscription *def);
     const void *amend_context;
     /* Who hears of each tick before it is published; NULL: nobody. */
     void (*on_batches)(void *context, const world_batches *batches);
@@ -188,8 +188,8 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the 
  * a replay, which is told it, does the same. */
 void service_choose_slice(service *s, int64_t spent_ns); /* by this round, before the tick */
 void service_learn_slice(service *s, int64_t took_ns);
-bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
-uint64_t service_slice_told(const service *s); /* for the recording; 0: it made none */
+bool service_is_behind(const service *s);          /* something is pending for long, or was so a moment ago */
+uint64_t service_slice_reported(const service *s); /* for the recording; 0: it made none */
 /* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
 int64_t service_pairs_limited(const service *s);
 void service_tick(service *s);             /* of number s->tick, at s->now_ns */
@@ -197,7 +197,7 @@ const char *service_validate(service *s);  /* between ticks: what is broken of w
 void service_follow_clock(service *s);     /* what the world knows goes back with it */
 bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
-void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
+void service_report_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
 /* ready.c: is the world whole? */
 void ready_begin(service *s);            /* the links are open; it is not */

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REMOVED_KEPT = 4096 }; /* removed bodies (interests) that a session remembers, against late copies */
+enum { REMOVED_KEPT = 4096 }; /* removed bodies (subscriptions) that a session remembers, against late copies */
 enum { REMINDERS = 8 };       /* a lost client that comes back hears of it at most so often */
 
 session *session_find(service *s, int64_t client)
@@ -20,7 +20,7 @@ session *session_find(service *s, int64_t client)
     return index == PAIR_MAP_NONE ? NULL : s->sessions.at[index];
 }
 
-/* How many bodies and interests it had, the last time; 0: it was not lost. */
+/* How many bodies and subscriptions it had, the last time; 0: it was not lost. */
 static uint32_t had_when_lost(const service *s, int64_t client)
 {
     for (size_t i = s->lost_count; i-- > 0 && s->lost_count - i <= LOST_KEPT;)
@@ -63,11 +63,11 @@ session *session_get(service *s, int64_t client, struct link *from)
         c->left_sequence = left;
         c->name = base_strdup("");
         c->lease_ns = (int64_t)(s->config.lease * 1e9);
-        c->letters_tick = -1;
+        c->commands_tick = -1;
         c->had = had_when_lost(s, client);
         c->reminders = REMINDERS;
         pair_map_init(&c->body_of);
-        pair_map_init(&c->interest_of);
+        pair_map_init(&c->subscription_of);
         pair_map_init(&c->pending_of);
         pair_map_init(&c->pending_needs);
         pair_map_init(&c->claim_of);
@@ -75,7 +75,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         array_push(&s->sessions, c);
     }
     c->link = from;
-    c->heard_ns = s->monotonic_ns;
+    c->last_seen_ns = s->monotonic_ns;
     return c;
 }
 
@@ -85,7 +85,7 @@ void session_heard(service *s, const wire_message *m)
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
     session *c = session_find(s, client);
-    if (c) c->heard_ns = s->monotonic_ns;
+    if (c) c->last_seen_ns = s->monotonic_ns;
 }
 
 owned_body *session_body(session *c, int32_t number)
@@ -142,33 +142,33 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
     b->shapes = (uint32_t)shapes;
 }
 
-void session_find_interests(session *c)
+void session_find_subscriptions(session *c)
 {
-    pair_map_free(&c->interest_of);
-    pair_map_init(&c->interest_of);
-    for (size_t i = 0; i < c->interests.count; i++)
-        pair_map_put(&c->interest_of, (uint64_t)(uint32_t)c->interests.at[i].number + 1, (uint32_t)i);
+    pair_map_free(&c->subscription_of);
+    pair_map_init(&c->subscription_of);
+    for (size_t i = 0; i < c->subscriptions.count; i++)
+        pair_map_put(&c->subscription_of, (uint64_t)(uint32_t)c->subscriptions.at[i].number + 1, (uint32_t)i);
 }
 
 /* As with bodies: removed ones are remembered for a while only. */
-owned_interest *session_add_interest(session *c, int32_t number)
+owned_subscription *session_add_subscription(session *c, int32_t number)
 {
     size_t kept = 0;
-    if (c->interests.count % REMOVED_KEPT == REMOVED_KEPT - 1) {
-        for (size_t i = 0; i < c->interests.count; i++)
-            if (c->interests.at[i].live) c->interests.at[kept++] = c->interests.at[i];
-        c->interests.count = kept;
-        session_find_interests(c);
+    if (c->subscriptions.count % REMOVED_KEPT == REMOVED_KEPT - 1) {
+        for (size_t i = 0; i < c->subscriptions.count; i++)
+            if (c->subscriptions.at[i].live) c->subscriptions.at[kept++] = c->subscriptions.at[i];
+        c->subscriptions.count = kept;
+        session_find_subscriptions(c);
     }
-    pair_map_put(&c->interest_of, (uint64_t)(uint32_t)number + 1, (uint32_t)c->interests.count);
-    array_push(&c->interests, (owned_interest){.number = number});
-    return &c->interests.at[c->interests.count - 1];
+    pair_map_put(&c->subscription_of, (uint64_t)(uint32_t)number + 1, (uint32_t)c->subscriptions.count);
+    array_push(&c->subscriptions, (owned_subscription){.number = number});
+    return &c->subscriptions.at[c->subscriptions.count - 1];
 }
 
-owned_interest *session_interest(session *c, int32_t number)
+owned_subscription *session_subscription(session *c, int32_t number)
 {
-    uint32_t index = pair_map_get(&c->interest_of, (uint64_t)(uint32_t)number + 1);
-    return index == PAIR_MAP_NONE ? NULL : &c->interests.at[index];
+    uint32_t index = pair_map_get(&c->subscription_of, (uint64_t)(uint32_t)number + 1);
+    return index == PAIR_MAP_NONE ? NULL : &c->subscriptions.at[index];
 }
 
 int64_t session_newest_sequence(const session *c)
@@ -181,8 +181,8 @@ int64_t session_newest_sequence(const session *c)
         int64_t pose = c->rows.sequences.at[i];
         if (pose > newest && pose != STEP_IN_ITS_NAME) newest = pose;
     }
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;
+    for (size_t i = 0; i < c->subscriptions.count; i++)
+        if (c->subscriptions.at[i].sequence > newest) newest = c->subscriptions.at[i].sequence;
     return newest;
 }
 
@@ -204,14 +204,14 @@ static void end_bodies(service *s, session *c, uint8_t cause)
 
 /* The entries stay, so that late copies do not bring back what nobody would end: who leaves bodies behind has no lease
  * that could run out. */
-static void end_interests(service *s, session *c, uint8_t cause)
+static void end_subscriptions(service *s, session *c, uint8_t cause)
 {
-    for (size_t i = 0; i < c->interests.count; i++) {
-        owned_interest *at = &c->interests.at[i];
+    for (size_t i = 0; i < c->subscriptions.count; i++) {
+        owned_subscription *at = &c->subscriptions.at[i];
         if (at->live) stream_end(s, at->world_id, cause);
         at->live = false;
     }
-    c->interest_count = 0;
+    c->subscription_count = 0;
 }
 
 static void free_session(session *c)
@@ -221,13 +221,13 @@ static void free_session(session *c)
     array_free(&c->rows.numbers);
     array_free(&c->rows.world_ids);
     array_free(&c->rows.sequences);
-    array_free(&c->interests);
+    array_free(&c->subscriptions);
     array_free(&c->acks);
     steps_free(c);
     array_free(&c->claims);
     pair_map_free(&c->claim_of);
     pair_map_free(&c->body_of);
-    pair_map_free(&c->interest_of);
+    pair_map_free(&c->subscription_of);
     pair_map_free(&c->pending_of);
     pair_map_free(&c->pending_needs);
     free(c->name);
@@ -255,7 +255,7 @@ size_t session_bodies(const session *c)
 }
 
 /* Should it live after all (this process stood still, a network was down), it announces everything again. */
-static void tell_lost(service *s, session *c, const char *how)
+static void report_lost(service *s, session *c, const char *how)
 {
     wire_message m = {.kind = WIRE_REJECT,
         .reject = {WIRE_VERSION, c->client, 0, s->epoch, WIRE_CLIENT, -1, WIRE_UNKNOWN_CLIENT, how}};
@@ -269,8 +269,8 @@ static bool has_said_all_again(const session *c)
         const owned_body *b = &c->bodies.at[i];
         said += b->world_id != WORLD_NONE && b->sequence > c->lost_at;
     }
-    for (size_t i = 0; i < c->interests.count; i++)
-        said += c->interests.at[i].live && c->interests.at[i].sequence > c->lost_at;
+    for (size_t i = 0; i < c->subscriptions.count; i++)
+        said += c->subscriptions.at[i].live && c->subscriptions.at[i].sequence > c->lost_at;
     return said >= c->had;
 }
 
@@ -284,10 +284,10 @@ void session_remind(service *s, session *c, wire_kind kind)
     if (has_said_all_again(c)) c->reminders = 0;
     if (!c->reminders) return;
     c->reminders--;
-    tell_lost(s, c, "it was lost, and is heard again");
+    report_lost(s, c, "it was lost, and is heard again");
 }
 
-/* Its interests end with it; its bodies are removed, held or kept, as it said. */
+/* Its subscriptions end with it; its bodies are removed, held or kept, as it said. */
 void session_lost(service *s, session *c, const char *how)
 {
     if (c->lost) return;
@@ -297,14 +297,14 @@ void session_lost(service *s, session *c, const char *how)
         : c->on_loss == WIRE_LOST_HOLD ? "held"
                                        : "kept");
     metric_count(s->count.clients_lost, 1);
-    tell_lost(s, c, how);
+    report_lost(s, c, how);
     bool knows = has_said_all_again(c); /* of the loss before, if there was one */
-    uint32_t has = (uint32_t)(session_bodies(c) + c->interest_count);
+    uint32_t has = (uint32_t)(session_bodies(c) + c->subscription_count);
     if (knows || has > c->had) c->had = has;
     c->lost_at = session_newest_sequence(c);
     s->lost_clients[s->lost_count++ % LOST_KEPT] = (lost_client){c->client, c->had};
     steps_join(s, c, 0);
-    end_interests(s, c, CAUSE_OWNER_LOST);
+    end_subscriptions(s, c, CAUSE_OWNER_LOST);
     if (c->on_loss == WIRE_LOST_REMOVE || !(session_bodies(c) || c->pending_of.count)) {
         end_bodies(s, c, CAUSE_OWNER_LOST);
         forget(s, c);
@@ -323,7 +323,7 @@ void session_leave(service *s, session *c)
     if (c->left) return;
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     steps_join(s, c, 0);
-    end_interests(s, c, CAUSE_INTEREST);
+    end_subscriptions(s, c, CAUSE_SUBSCRIPTION);
     if (c->on_loss == WIRE_LOST_KEEP && (session_bodies(c) || c->pending_of.count)) {
         c->lost = c->left = true;
         return;
@@ -334,11 +334,11 @@ void session_leave(service *s, session *c)
 
 void session_leave_before(service *s, session *c, int64_t sequence)
 {
-    for (size_t i = 0; i < c->interests.count; i++) {
-        owned_interest *at = &c->interests.at[i];
+    for (size_t i = 0; i < c->subscriptions.count; i++) {
+        owned_subscription *at = &c->subscriptions.at[i];
         if (!at->live || at->sequence >= sequence) continue;
-        stream_end(s, at->world_id, CAUSE_INTEREST);
-        c->interest_count--;
+        stream_end(s, at->world_id, CAUSE_SUBSCRIPTION);
+        c->subscription_count--;
         at->live = false;
     }
     for (size_t i = 0; i < c->bodies.count && c->on_loss != WIRE_LOST_KEEP; i++) {
@@ -361,9 +361,9 @@ void session_check_leases(service *s)
 {
     for (size_t i = s->sessions.count; i-- > 0;) {
         session *c = s->sessions.at[i];
-        if (!by_heartbeat(c) || s->monotonic_ns - c->heard_ns <= c->lease_ns) continue;
+        if (!by_heartbeat(c) || s->monotonic_ns - c->last_seen_ns <= c->lease_ns) continue;
         inbox_put_lost(s, c->link, c->client);
-        c->heard_ns = s->monotonic_ns; /* once, although it may wait for the next tick */
+        c->last_seen_ns = s->monotonic_ns; /* once, although it may wait for the next tick */
     }
 }
 
@@ -373,7 +373,7 @@ int64_t session_next_lease_ns(const service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         int64_t end;
-        if (by_heartbeat(c) && !__builtin_add_overflow(c->heard_ns, c->lease_ns, &end) && end < next) next = end;
+        if (by_heartbeat(c) && !__builtin_add_overflow(c->last_seen_ns, c->lease_ns, &end) && end < next) next = end;
     }
     return next;
 }

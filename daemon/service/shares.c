@@ -28,7 +28,7 @@ enum {
 };
 static const char OPERATOR[] = "collidectl";
 
-typedef enum goods { CLIENTS, BODIES, SHAPES, INTERESTS, GEOMETRIES, GEOMETRY_BYTES, GOODS } goods;
+typedef enum goods { CLIENTS, BODIES, SHAPES, SUBSCRIPTIONS, GEOMETRIES, GEOMETRY_BYTES, GOODS } goods;
 
 typedef struct held {
     struct link *link;
@@ -65,14 +65,14 @@ struct shares {
     pair_map purse_of;         /* key -> place */
     size_t turn;               /* whose it is */
     ARRAY(newcomer) newcomers; /* clients that this tick begins */
-    pair_map come;             /* bodies, interests, geometries that were admitted in this tick: what is there then */
-    pair_map waits;            /* keys of what waits, and how often it does */
-    size_t waiting, bytes;     /* in all queues */
-    size_t bodies;             /* in the world */
-    size_t crowded_at;         /* so many purses: time to drop those that nobody needs */
-    double left_us;            /* of this tick */
-    double commands_us;        /* of it, what was admitted and is neither poses nor queries, which are elsewhere */
-    bool dirty;                /* what purses have is to be counted anew */
+    pair_map come;         /* bodies, subscriptions, geometries that were admitted in this tick: what is there then */
+    pair_map waits;        /* keys of what waits, and how often it does */
+    size_t waiting, bytes; /* in all queues */
+    size_t bodies;         /* in the world */
+    size_t crowded_at;     /* so many purses: time to drop those that nobody needs */
+    double left_us;        /* of this tick */
+    double commands_us;    /* of it, what was admitted and is neither poses nor queries, which are elsewhere */
+    bool dirty;            /* what purses have is to be counted anew */
     wire_memory *memory;
     metric *waited, *refused, *deferrals, *greeted;
     metric *waiting_now, *bytes_now, *purses_now;
@@ -168,7 +168,7 @@ static purse *purse_of(service *s, const struct link *from, int64_t origin, int6
 static bool begins_session(const wire_message *m)
 {
     return (m->kind == WIRE_CLIENT && !m->client.removed) || m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY ||
-           m->kind == WIRE_INTEREST || m->kind == WIRE_VERTEX_BATCH;
+           m->kind == WIRE_SUBSCRIPTION || m->kind == WIRE_VERTEX_BATCH;
 }
 
 /* Who asks without a session, or says what begins none, has no client's purse, where links know nobody. */
@@ -227,8 +227,8 @@ static purse *payer_of(service *s, const struct link *from, int64_t origin, cons
 /* What things take when they are there, about: as in memory.c; of a mesh ten times what is sent. */
 static int64_t bytes_of_holdings(const purse *p)
 {
-    enum { A_BODY = 2048, A_SHAPE = 2048, AN_INTEREST = 16384, A_BYTE_OF_GEOMETRY = 10 };
-    return (int64_t)(p->has[BODIES] * A_BODY + p->has[SHAPES] * A_SHAPE + p->has[INTERESTS] * AN_INTEREST +
+    enum { A_BODY = 2048, A_SHAPE = 2048, AN_SUBSCRIPTION = 16384, A_BYTE_OF_GEOMETRY = 10 };
+    return (int64_t)(p->has[BODIES] * A_BODY + p->has[SHAPES] * A_SHAPE + p->has[SUBSCRIPTIONS] * AN_SUBSCRIPTION +
                      p->has[GEOMETRY_BYTES] * A_BYTE_OF_GEOMETRY);
 }
 
@@ -279,7 +279,7 @@ static double looked_through_us(service *s, const wire_message *m)
     static const double AN_OBJECT = 0.01;
     const session *c = m->kind == WIRE_CLIENT ? session_find(s, m->client.client) : NULL;
     bool looks = c && (m->client.removed || m->client.sequence < c->sequence);
-    return looks ? AN_OBJECT * (double)(c->bodies.count + c->interests.count) : 0;
+    return looks ? AN_OBJECT * (double)(c->bodies.count + c->subscriptions.count) : 0;
 }
 
 static price price_for(service *s, const purse *p, const wire_message *m)
@@ -291,13 +291,13 @@ static price price_for(service *s, const purse *p, const wire_message *m)
 
 /* ---- what a purse has ---- */
 
-static const char *const names[GOODS] = {"clients", "bodies", "shapes", "interests", "geometries", "geometry"};
+static const char *const names[GOODS] = {"clients", "bodies", "shapes", "subscriptions", "geometries", "geometry"};
 
 static long most_of_world(const service *s, goods g)
 {
     const config *c = &s->config;
     const long most[GOODS] = {
-        c->max_clients, c->max_bodies, c->max_shapes, c->max_interests, c->max_geometries, LONG_MAX};
+        c->max_clients, c->max_bodies, c->max_shapes, c->max_subscriptions, c->max_geometries, LONG_MAX};
     return most[g];
 }
 
@@ -305,8 +305,8 @@ static long most_of_world(const service *s, goods g)
 static long most_of_one(const service *s, goods g)
 {
     const config *c = &s->config;
-    const long most[GOODS] = {
-        0, c->max_client_bodies, c->max_client_shapes, c->max_client_interests, 0, c->max_client_geometry * (1L << 20)};
+    const long most[GOODS] = {0, c->max_client_bodies, c->max_client_shapes, c->max_client_subscriptions, 0,
+        c->max_client_geometry * (1L << 20)};
     return most[g];
 }
 
@@ -381,16 +381,16 @@ static bool admit_body(service *s, purse *p, session *c, const wire_message *m, 
     return true;
 }
 
-static bool admit_interest(service *s, purse *p, session *c, const wire_message *m, wire_refusal *why)
+static bool admit_subscription(service *s, purse *p, session *c, const wire_message *m, wire_refusal *why)
 {
-    const wire_interest *i = &m->interest;
-    const owned_interest *had = c ? session_interest(c, i->interest) : NULL;
-    uint64_t key = key_of_object(m, i->client, i->interest);
+    const wire_subscription *i = &m->subscription;
+    const owned_subscription *had = c ? session_subscription(c, i->subscription) : NULL;
+    uint64_t key = key_of_object(m, i->client, i->subscription);
     there now = {had && had->live, 0};
     if (had && i->sequence <= had->sequence) return true;
     (void)came(s, key, &now);
-    if (!may_have(s, p, INTERESTS, !now.is && !i->removed, why)) return false;
-    give(p, INTERESTS, !now.is && !i->removed, now.is && i->removed);
+    if (!may_have(s, p, SUBSCRIPTIONS, !now.is && !i->removed, why)) return false;
+    give(p, SUBSCRIPTIONS, !now.is && !i->removed, now.is && i->removed);
     comes(s, key, (there){!i->removed, 0});
     return true;
 }
@@ -443,7 +443,7 @@ static bool admit(service *s, purse *p, const struct link *from, const wire_mess
     session *c = session_find(s, client);
     if (!admit_client(s, p, client, from->origin, m, why)) return false;
     if (m->kind == WIRE_BODY && !admit_body(s, p, c, m, why)) return false;
-    if (m->kind == WIRE_INTEREST && !admit_interest(s, p, c, m, why)) return false;
+    if (m->kind == WIRE_SUBSCRIPTION && !admit_subscription(s, p, c, m, why)) return false;
     if (m->kind == WIRE_GEOMETRY && !admit_geometry(s, p, m, why)) return false;
     price cost = price_for(s, p, m);
     pay(p, cost.in_all);
@@ -458,7 +458,7 @@ static bool admit(service *s, purse *p, const struct link *from, const wire_mess
 static void count_session(service *s, const session *c)
 {
     const size_t has[GOODS] = {
-        1, c->body_count, c->shape_count, c->interest_count, c->geometry_count, (size_t)c->geometry_bytes};
+        1, c->body_count, c->shape_count, c->subscription_count, c->geometry_count, (size_t)c->geometry_bytes};
     purse *own = purse_of(s, c->link, c->origin, c->client);
     for (purse *p = own; p; p = p->parent)
         for (int g = 0; g < GOODS; g++) p->has[g] += has[g];
@@ -580,7 +580,7 @@ static void forget_key(shares *h, uint64_t key)
 /* Who is not acknowledged sends it again (LCM), and may do so while it waits. */
 static bool is_copy(service *s, const wire_message *m)
 {
-    bool keeps = m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_INTEREST;
+    bool keeps = m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_SUBSCRIPTION;
     bool copy = keeps && pair_map_get(&s->shares->waits, key_of_message(m)) != PAIR_MAP_NONE;
     if (copy) metric_count(s->count.duplicates, 1);
     return copy;
@@ -803,7 +803,7 @@ shares_verdict shares_admit(service *s, struct link *from, const wire_message *m
 
 /* ---- queries ---- */
 
-void shares_answered(service *s, const letter *l, const wire_message *m, int64_t took_ns)
+void shares_answered(service *s, const command *l, const wire_message *m, int64_t took_ns)
 {
     if (s->replaying) return;
     session *c = session_find(s, l->client);
@@ -830,7 +830,7 @@ static void put_first(purse *p, held first)
     p->queue.at[--p->first] = first;
 }
 
-void shares_defer(service *s, const letter *l, const wire_message *m)
+void shares_defer(service *s, const command *l, const wire_message *m)
 {
     shares *h = s->shares;
     purse *p = payer_of(s, l->link, l->origin, m);

@@ -1,11 +1,11 @@
 /* shares: how much one participant (DDS), one end (memory) or one client (LCM, where participants cannot be told apart)
  * may take of what is there for all, however many client ids it uses. Each of them has an account here, its purse.
  *
- * Of each limit of the world (clients, bodies, shapes, interests, geometries) `share` percent, so that the rest stays
- * free for others. And of time: each command and query has a price in microseconds of expected work (prices.c), and a
- * purse may spend `max_client_work` of them a second, with a burst that loads a large scene at once. What exceeds that,
- * or would make a tick long, waits here in its order, by purse, and the purses take turns; the waiting of all takes at
- * most `max_waiting` of memory, of which the share holds, too.
+ * Of each limit of the world (clients, bodies, shapes, subscriptions, geometries) `share` percent, so that the rest
+ * stays free for others. And of time: each command and query has a price in microseconds of expected work (prices.c),
+ * and a purse may spend `max_client_work` of them a second, with a burst that loads a large scene at once. What exceeds
+ * that, or would make a tick long, waits here in its order, by purse, and the purses take turns; the waiting of all
+ * takes at most `max_waiting` of memory, of which the share holds, too.
  *
  * All of it is decided by the clock, before a message is recorded or journalled: a recording has what was admitted, in
  * the tick in which it was, so that a replay and a standby need no purses. Tick thread. */
@@ -55,8 +55,8 @@ void shares_forget(service *s, int64_t client);
 int64_t shares_bytes(const service *s, const struct link *from, const wire_message *m);
 
 /* A query took so long, which its purse pays beyond what was expected. */
-void shares_answered(service *s, const letter *l, const wire_message *m, int64_t took_ns);
+void shares_answered(service *s, const command *l, const wire_message *m, int64_t took_ns);
 /* It is too late in this tick for that one: it is the first that its purse takes in the next. */
-void shares_defer(service *s, const letter *l, const wire_message *m);
+void shares_defer(service *s, const command *l, const wire_message *m);
 
 #endif

@@ -31,7 +31,7 @@ uint8_t standby_place_of(const service *s, const struct link *l)
 
 bool standby_waits(const service *s)
 {
-    return s->standby && s->standby->card.role != PEER_ACTIVE;
+    return s->standby && s->standby->announcement.role != PEER_ACTIVE;
 }
 
 /* ---- going over into another role ---- */
@@ -53,7 +53,7 @@ static void begin_anew(service *s)
     p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->heir = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
-    card_say(s, PEER_JOINING);
+    announcement_say(s, PEER_JOINING);
 }
 
 /* Those that our own links have not heard are given a lease's time. */
@@ -61,12 +61,12 @@ static void rebase_clocks(service *s)
 {
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
-        c->heard_ns = s->monotonic_ns;
+        c->last_seen_ns = s->monotonic_ns;
         c->rejects = (flow){0};
         if (!standby_hears(s, c->client)) c->announced = false;
     }
     for (size_t i = 0; i < LOST_KEPT; i++) s->left_clients[i].since_ns = s->monotonic_ns;
-    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].told_ns = 0;
+    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].reported_ns = 0;
     pending_wait_anew(s);
     s->next_heartbeat_ns = 0;
     s->lock_step.since_ns = 0;
@@ -82,11 +82,11 @@ static void become_active(service *s, const link_sink *sink, const char *why)
 {
     struct standby *p = s->standby;
     bool goes_on = p->in_step;
-    s->epoch = goes_on ? s->epoch + 1 : card_new_line(s);
+    s->epoch = goes_on ? s->epoch + 1 : announcement_new_line(s);
     service_replay_budget(s, false, 0);
     service_set_budget(s);
     if (!goes_on) ready_begin(s);
-    card_say(s, PEER_ACTIVE);
+    announcement_say(s, PEER_ACTIVE);
     open_links_again(s);
     rebase_clocks(s);
     record_begin(s); /* of the world as it is; what was kept comes behind it */
@@ -119,7 +119,7 @@ static void resign(service *s)
     begin_anew(s);
 }
 
-static void step_down(service *s, const peer_card *other)
+static void step_down(service *s, const peer_announcement *other)
 {
     log_warning("%s has taken over (epoch %" PRId64 ", ours was %" PRId64
                 "): this daemon steps down, and what it published since is not believed by anybody who has heard of it",
@@ -133,7 +133,7 @@ static void resolve_doubt(service *s)
 {
     struct standby *p = s->standby;
     if (!p->doubted || s->monotonic_ns < p->quiet_ns) return;
-    const peer_card *c = card_of(p, p->doubted);
+    const peer_announcement *c = announcement_of(p, p->doubted);
     p->doubted = 0;
     if (c && c->alive && c->role == PEER_STANDBY && c->epoch == s->epoch) return;
     log_warning("the standby is gone, and may have taken over while this daemon stood still: it begins anew");
@@ -142,31 +142,33 @@ static void resolve_doubt(service *s)
 
 /* ---- what the other one says ---- */
 
-static bool has_taken_over(const service *s, const peer_card *c)
+static bool has_taken_over(const service *s, const peer_announcement *c)
 {
-    return c->alive && c->role == PEER_ACTIVE && card_stays(c->epoch, c->sender, s->epoch, s->standby->card.sender);
+    return c->alive && c->role == PEER_ACTIVE &&
+           announcement_stays(c->epoch, c->sender, s->epoch, s->standby->announcement.sender);
 }
 
-static void on_card(void *context, const peer_card *card)
+static void on_announcement(void *context, const peer_announcement *announcement)
 {
     service *s = context;
     struct standby *p = s->standby;
-    peer_card *known = card_of(p, card->sender);
-    bool is_new = !known || known->role != card->role;
-    if (card->epoch > p->heard_epoch) p->heard_epoch = card->epoch;
-    if (is_new && card->alive && strcmp(card->release, p->card.release) != 0)
-        log_warning("%s is of release %s, this one of %s: no pair", card->name, card->release, p->card.release);
+    peer_announcement *known = announcement_of(p, announcement->sender);
+    bool is_new = !known || known->role != announcement->role;
+    if (announcement->epoch > p->heard_epoch) p->heard_epoch = announcement->epoch;
+    if (is_new && announcement->alive && strcmp(announcement->release, p->announcement.release) != 0)
+        log_warning("%s is of release %s, this one of %s: no pair", announcement->name, announcement->release,
+            p->announcement.release);
     if (known)
-        *known = *card;
+        *known = *announcement;
     else
-        array_push(&p->peers, *card);
+        array_push(&p->peers, *announcement);
     s->status_due |=
-        is_new && p->card.role == PEER_ACTIVE; /* clients hear that it is there, and tell it of themselves */
-    if (p->card.role == PEER_ACTIVE && has_taken_over(s, card))
-        step_down(s, card);
-    else if (p->card.role == PEER_ACTIVE)
+        is_new && p->announcement.role == PEER_ACTIVE; /* clients hear that it is there, and tell it of themselves */
+    if (p->announcement.role == PEER_ACTIVE && has_taken_over(s, announcement))
+        step_down(s, announcement);
+    else if (p->announcement.role == PEER_ACTIVE)
         follower_find(s);
-    cards_forget_dead(p);
+    announcements_forget_dead(p);
 }
 
 /* ---- records ---- */
@@ -176,7 +178,7 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     service *s = context;
     struct standby *p = s->standby;
     bytes_in r = {.at = bytes, .left = size};
-    if (p->card.role == PEER_ACTIVE) {
+    if (p->announcement.role == PEER_ACTIVE) {
         if (kind == JOURNAL_WANT_STATE) follower_wishes(s, sender, &r);
         if (kind == JOURNAL_HAVE) follower_has(s, sender, &r);
         return;
@@ -185,12 +187,13 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     if (kind == JOURNAL_STATE && !p->in_step) standby_take_state(s, &r);
     if (kind == JOURNAL_TICK) p->in_step ? standby_replay_tick(s, &r) : standby_keep_tick(s, &r);
     int64_t whom = 0;
-    if (kind == JOURNAL_DROPPED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender) {
+    if (kind == JOURNAL_DROPPED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->announcement.sender) {
         log_warning("the active daemon waits for this one no more: its state is asked for anew");
         p->out_of_step = true;
     }
     journal_followed word;
-    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &word, sizeof word) && word.whom == p->card.sender) {
+    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &word, sizeof word) &&
+        word.whom == p->announcement.sender) {
         p->followed = true;
         if (word.asked == p->missed) p->missed = 0;
     }
@@ -204,7 +207,7 @@ static void on_gap(void *context, int64_t sender)
 {
     service *s = context;
     struct standby *p = s->standby;
-    if (p->card.role == PEER_ACTIVE || sender != p->active) return;
+    if (p->announcement.role == PEER_ACTIVE || sender != p->active) return;
     standby_forget_state(p); /* it is asked for again */
     if (!p->in_step) return;
     log_warning("ticks of the active daemon were lost: its state is asked for anew");
@@ -214,7 +217,7 @@ static void on_gap(void *context, int64_t sender)
 
 /* ---- rounds ---- */
 
-static void follow(service *s, const peer_card *active)
+static void follow(service *s, const peer_announcement *active)
 {
     struct standby *p = s->standby;
     if (p->active != active->sender) {
@@ -224,14 +227,15 @@ static void follow(service *s, const peer_card *active)
     p->active = active->sender;
     if (p->asked_ns && s->monotonic_ns - p->asked_ns < ASK_AGAIN_NS) return;
     p->asked_ns = s->monotonic_ns;
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_WANT_STATE, (const uint8_t *)&p->alone, sizeof p->alone);
+    p->link->ops->peers->send(
+        p->link, p->announcement.sender, JOURNAL_WANT_STATE, (const uint8_t *)&p->alone, sizeof p->alone);
 }
 
 static void join(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     int64_t patience_ns = ALONE_LEASES * p->lease_ns > ALONE_NS ? ALONE_LEASES * p->lease_ns : ALONE_NS;
-    const peer_card *active = card_of_active(p);
+    const peer_announcement *active = announcement_of_active(p);
     if (active) {
         follow(s, active);
         return;
@@ -241,7 +245,8 @@ static void join(service *s, const link_sink *sink)
         p->began_ns = s->monotonic_ns;
     }
     /* One of another release is left to its clients until it ends. */
-    bool waits = card_is_before_us(p, PEER_JOINING) || card_is_there(p, PEER_STANDBY) || card_is_there(p, PEER_ACTIVE);
+    bool waits = announcement_is_before_us(p, PEER_JOINING) || announcement_is_there(p, PEER_STANDBY) ||
+                 announcement_is_there(p, PEER_ACTIVE);
     kept_bound(s);
     if (!waits && s->monotonic_ns - p->began_ns >= patience_ns) become_active(s, sink, "no active daemon was heard");
 }
@@ -249,7 +254,7 @@ static void join(service *s, const link_sink *sink)
 static void stand_by(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
-    const peer_card *active = card_of(p, p->active), *another = card_of_active(p);
+    const peer_announcement *active = announcement_of(p, p->active), *another = announcement_of_active(p);
     if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;
         return;
@@ -260,7 +265,7 @@ static void stand_by(service *s, const link_sink *sink)
     }
     if (s->monotonic_ns < p->quiet_ns) return; /* it was we who stood still, perhaps: its signs may be unread */
     if (!p->waiting_ns) p->waiting_ns = s->monotonic_ns;
-    if (card_is_before_us(p, PEER_STANDBY) && s->monotonic_ns - p->waiting_ns < 2 * p->lease_ns) return;
+    if (announcement_is_before_us(p, PEER_STANDBY) && s->monotonic_ns - p->waiting_ns < 2 * p->lease_ns) return;
     if (!p->followed || p->missed) {
         log_warning("the active daemon is gone %s: what it told last is not known here",
             p->missed ? "while this one stood still" : "before it waited for this one");
@@ -277,10 +282,10 @@ static void notice_standstill(service *s)
     struct standby *p = s->standby;
     int64_t gap_ns = s->monotonic_ns - p->round_ns;
     if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
-    bool active = p->card.role == PEER_ACTIVE, is_long = gap_ns > p->lease_ns;
+    bool active = p->announcement.role == PEER_ACTIVE, is_long = gap_ns > p->lease_ns;
     if (active && !is_long && s->monotonic_ns < p->quiet_ns) return; /* it looks around already, and not for ever */
     p->quiet_ns = s->monotonic_ns + p->lease_ns;
-    if (p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns) {
+    if (p->announcement.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns) {
         p->missed = s->monotonic_ns;
         p->said_ns = 0; /* it is asked at once */
     }
@@ -294,7 +299,7 @@ bool standby_round(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     if (!p) return false;
-    const peer_sink peers = {s, on_card, on_record, on_gap};
+    const peer_sink peers = {s, on_announcement, on_record, on_gap};
     notice_standstill(s);
     p->round_ns = s->monotonic_ns;
     p->link->ops->peers->receive(p->link, &peers);
@@ -303,16 +308,16 @@ bool standby_round(service *s, const link_sink *sink)
     if (p->out_of_step) begin_anew(s);
     /* DDS takes a writer whose lease ran out for alive again only when it writes. */
     if (s->monotonic_ns - p->said_ns >= p->lease_ns / 2) {
-        card_say(s, (peer_role)p->card.role);
-        if (p->card.role == PEER_STANDBY) standby_say_have(s, s->tick); /* it may know us only now */
+        announcement_say(s, (peer_role)p->announcement.role);
+        if (p->announcement.role == PEER_STANDBY) standby_say_have(s, s->tick); /* it may know us only now */
     }
-    if (p->card.role == PEER_ACTIVE) resolve_doubt(s);
-    if (p->card.role == PEER_ACTIVE) follower_drop_slow(s);
-    if (p->card.role == PEER_ACTIVE) follower_find(s);
-    if (p->card.role == PEER_ACTIVE) follower_state_more(s);
-    if (p->card.role == PEER_JOINING)
+    if (p->announcement.role == PEER_ACTIVE) resolve_doubt(s);
+    if (p->announcement.role == PEER_ACTIVE) follower_drop_slow(s);
+    if (p->announcement.role == PEER_ACTIVE) follower_find(s);
+    if (p->announcement.role == PEER_ACTIVE) follower_state_more(s);
+    if (p->announcement.role == PEER_JOINING)
         join(s, sink);
-    else if (p->card.role == PEER_STANDBY)
+    else if (p->announcement.role == PEER_STANDBY)
         stand_by(s, sink);
     return standby_waits(s) || s->monotonic_ns < p->quiet_ns;
 }
@@ -369,9 +374,9 @@ int standby_start(service *s, char *why, size_t why_size)
     struct standby *p = s->standby = base_zalloc(1, sizeof *p);
     p->link = l;
     p->lease_ns = (int64_t)(1e9 * s->config.standby_lease);
-    p->card = (peer_card){.sender = s->started_ns};
-    snprintf(p->card.name, sizeof p->card.name, "%s", s->daemon_name);
-    snprintf(p->card.release, sizeof p->card.release, "%s", health_release());
+    p->announcement = (peer_announcement){.sender = s->started_ns};
+    snprintf(p->announcement.name, sizeof p->announcement.name, "%s", s->daemon_name);
+    snprintf(p->announcement.release, sizeof p->announcement.release, "%s", health_release());
     p->memory = wire_memory_create();
     p->began_ns = s->monotonic_ns;
     kept_init(&p->kept);
@@ -382,7 +387,7 @@ int standby_start(service *s, char *why, size_t why_size)
     }
     mute_links(s);
     world_set_budget(s->world, NULL, NULL);
-    card_say(s, PEER_JOINING);
+    announcement_say(s, PEER_JOINING);
     return 0;
 }
 
@@ -408,9 +413,9 @@ void standby_describe(const service *s, char *text, size_t size)
     const char *const ROLES[] = {"joining", "standby", "active", "leaving"};
     text[0] = '\0';
     if (!s->standby) return;
-    const peer_card *other = standby_waits(s) || !s->standby->sure ? NULL : follower_card(s);
-    bool joins = !other && card_is_there(s->standby, PEER_JOINING);
-    snprintf(text, size, "; %s, %s%s", ROLES[s->standby->card.role],
+    const peer_announcement *other = standby_waits(s) || !s->standby->sure ? NULL : follower_announcement(s);
+    bool joins = !other && announcement_is_there(s->standby, PEER_JOINING);
+    snprintf(text, size, "; %s, %s%s", ROLES[s->standby->announcement.role],
         other   ? "hot standby: "
         : joins ? "without a standby: one joins"
                 : "without a standby",

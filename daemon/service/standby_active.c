@@ -14,13 +14,13 @@ static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be 
 
 /* ---- who follows ---- */
 
-const peer_card *follower_card(const service *s)
+const peer_announcement *follower_announcement(const service *s)
 {
     struct standby *p = s->standby;
-    return p->follower && p->card.role == PEER_ACTIVE ? card_of(p, p->follower) : NULL;
+    return p->follower && p->announcement.role == PEER_ACTIVE ? announcement_of(p, p->follower) : NULL;
 }
 
-static bool may_follow(const service *s, const peer_card *c)
+static bool may_follow(const service *s, const peer_announcement *c)
 {
     return c->alive && c->role == PEER_STANDBY && c->epoch == s->epoch && c->sender != s->standby->dropped;
 }
@@ -29,12 +29,12 @@ static bool may_follow(const service *s, const peer_card *c)
 static void follower_lose(service *s, const char *why)
 {
     struct standby *p = s->standby;
-    const peer_card *f = follower_card(s);
+    const peer_announcement *f = follower_announcement(s);
     log_notice("%s %s", f ? f->name : "the standby", why);
     if (p->sure) p->alone = s->epoch;
     p->dropped = p->follower;
     p->link->ops->peers->send(
-        p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
+        p->link, p->announcement.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
     p->follower = p->lost_ns = 0;
     p->sure = false;
     open_links_again(s);
@@ -46,7 +46,7 @@ static void follower_lose(service *s, const char *why)
 static bool is_given_up(service *s)
 {
     struct standby *p = s->standby;
-    const peer_card *f = follower_card(s);
+    const peer_announcement *f = follower_announcement(s);
     bool alive = f && f->alive;
     if (alive) p->lost_ns = 0;
     if (alive) return !may_follow(s, f);
@@ -59,12 +59,12 @@ static bool is_given_up(service *s)
 void follower_find(service *s)
 {
     struct standby *p = s->standby;
-    const peer_card *first = NULL;
+    const peer_announcement *first = NULL;
     if (s->monotonic_ns < p->quiet_ns) return; /* what was held would go out, and it may have taken over */
     if (p->follower && is_given_up(s)) follower_lose(s, "is no standby any more: lost, or out of step");
     if (p->follower) return;
     for (size_t i = 0; i < p->peers.count; i++) {
-        const peer_card *c = &p->peers.at[i];
+        const peer_announcement *c = &p->peers.at[i];
         if (may_follow(s, c) && (!first || c->sender < first->sender)) first = c;
     }
     if (!first) return;
@@ -79,14 +79,14 @@ void follower_find(service *s)
 static void say_followed(struct standby *p, int64_t asked)
 {
     const journal_followed word = {.whom = p->follower, .asked = asked};
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&word, sizeof word);
+    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_FOLLOWED, (const uint8_t *)&word, sizeof word);
 }
 
 void follower_has(service *s, int64_t sender, bytes_in *r)
 {
     struct standby *p = s->standby;
     journal_have have;
-    if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
+    if (!bytes_get(r, &have, sizeof have) || have.to != p->announcement.sender || have.epoch != s->epoch) return;
     if (sender != p->follower) return;
     if (have.asks && p->sure) say_followed(p, have.asks);
     if (have.tick <= p->had_tick) return;
@@ -95,7 +95,7 @@ void follower_has(service *s, int64_t sender, bytes_in *r)
         p->sure = s->status_due = true;
         p->alone = 0; /* it knows that, too */
         say_followed(p, have.asks);
-        const peer_card *f = follower_card(s); /* NULL: it is dead already */
+        const peer_announcement *f = follower_announcement(s); /* NULL: it is dead already */
         log_notice("%s is in step: it takes over when this one is gone", f ? f->name : "the standby");
     }
     hold_release(s);
@@ -123,14 +123,14 @@ static void begin_state_anew(struct standby *p)
 
 /* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
  * next. Under a line of their own they begin with a snapshot. */
-static void begin_line(service *s, const peer_card *other)
+static void begin_line(service *s, const peer_announcement *other)
 {
     if (s->standby->follower) follower_lose(s, "is of the line that ends: it has to join anew");
     int64_t before = s->epoch;
-    s->epoch = card_new_line(s);
+    s->epoch = announcement_new_line(s);
     s->standby->heir = false;
     begin_state_anew(s->standby);
-    card_say(s, PEER_ACTIVE);
+    announcement_say(s, PEER_ACTIVE);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) world_want_snapshot(s->world, i);
     s->status_due = true;
@@ -143,8 +143,9 @@ void follower_wishes(service *s, int64_t sender, bytes_in *r)
 {
     struct standby *p = s->standby;
     int64_t alone = 0;
-    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
-    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, card_of(p, sender));
+    p->alive_ns = s->monotonic_ns; /* its announcement may come later: topics have no order */
+    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch))
+        begin_line(s, announcement_of(p, sender));
     p->state_wanted = true;
     if (p->dropped == sender) p->dropped = 0;
 }
@@ -163,16 +164,16 @@ bool standby_hands_over(service *s)
     struct standby *p = s->standby;
     if (!p) return false;
     if (standby_waits(s)) { /* nobody knows of it but the active one, which need not wait for it */
-        card_say(s, PEER_LEAVING);
+        announcement_say(s, PEER_LEAVING);
         return true;
     }
-    const peer_card *to = follower_card(s);
+    const peer_announcement *to = follower_announcement(s);
     if (!to || !to->alive || !p->sure) {
         if (p->follower) follower_lose(s, "is not there to take over");
         return false;
     }
     log_notice("%s takes over", to->name);
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
+    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_LEAVE, NULL, 0);
     return true;
 }
 
@@ -181,7 +182,7 @@ bool standby_hands_over(service *s)
 static bool is_followed(const service *s)
 {
     const struct standby *p = s->standby;
-    return p && p->card.role == PEER_ACTIVE && p->alive_ns && s->monotonic_ns - p->alive_ns < FOLLOWED_NS;
+    return p && p->announcement.role == PEER_ACTIVE && p->alive_ns && s->monotonic_ns - p->alive_ns < FOLLOWED_NS;
 }
 
 /* A record begins with the number of its tick. */
@@ -219,10 +220,10 @@ void standby_journal_tick(service *s)
     if (!is_followed(s)) return;
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work,
-        .slice = (int64_t)service_slice_told(s), .pairs_most = service_pairs_limited(s)};
+        .slice = (int64_t)service_slice_reported(s), .pairs_most = service_pairs_limited(s)};
     if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
     journal_put_tick(&p->journal, s->epoch, &t);
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);
+    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_TICK, p->journal.at, p->journal.count);
     metric_count(s->count.journalled, 1);
     p->journal.count = 0;
     p->journalled_tick = s->tick;
@@ -233,7 +234,7 @@ void standby_journal_tick(service *s)
 bool standby_wants_tick(const service *s)
 {
     const struct standby *p = s->standby;
-    return p && p->state_wanted && !p->state.count && p->card.role == PEER_ACTIVE;
+    return p && p->state_wanted && !p->state.count && p->announcement.role == PEER_ACTIVE;
 }
 
 /* Pages that are written for the first time take longer than what is written there: of a large state, ten times as
@@ -260,7 +261,7 @@ void follower_state_more(service *s)
     const journal_portion head = {.whole = p->state.count - sizeof head, .offset = p->state_sent};
     uint8_t *at = p->state.at + p->state_sent; /* its head goes where what was sent before was */
     memcpy(at, &head, sizeof head);
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, at, sizeof head + size);
+    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_STATE, at, sizeof head + size);
     p->state_sent += size;
     if (size == left) array_free(&p->state);
 }

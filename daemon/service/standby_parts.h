@@ -70,14 +70,14 @@ typedef struct kept {
 } kept;
 
 struct standby {
-    struct link *link;          /* that carries the pair */
-    peer_card card;             /* our own */
-    int64_t began_ns, lease_ns; /* monotonic */
-    int64_t said_ns;            /* our card, the last time */
-    int64_t round_ns;           /* of the last round */
-    int64_t quiet_ns;           /* the active one stood still: it listens until then before it says anything more */
-    ARRAY(peer_card) peers;
-    int64_t heard_epoch; /* the highest of their cards */
+    struct link *link;              /* that carries the pair */
+    peer_announcement announcement; /* our own */
+    int64_t began_ns, lease_ns;     /* monotonic */
+    int64_t said_ns;                /* our announcement, the last time */
+    int64_t round_ns;               /* of the last round */
+    int64_t quiet_ns;               /* the active one stood still: it listens until then before it says anything more */
+    ARRAY(peer_announcement) peers;
+    int64_t heard_epoch; /* the highest of their announcements */
 
     int64_t active;     /* the sender that we follow; 0: nobody */
     bool in_step;       /* its state has come, and every tick since */
@@ -146,24 +146,26 @@ void kept_bound(service *s);
 void kept_apply(service *s, const link_sink *sink, int64_t recent_ns);
 bool kept_is_alive(const kept *k, int64_t client);
 
-/* standby_cards.c */
-void card_say(service *s, peer_role role);                /* our own */
-peer_card *card_of(struct standby *p, int64_t sender);    /* NULL: nobody has said that he is that one */
-const peer_card *card_of_active(const struct standby *p); /* alive and of our release; of several the one that stays */
-bool card_is_there(const struct standby *p, peer_role role); /* alive and in that role, of whatever release */
+/* standby_announcements.c */
+void announcement_say(service *s, peer_role role);                     /* our own */
+peer_announcement *announcement_of(struct standby *p, int64_t sender); /* NULL: nobody has said that he is that one */
+const peer_announcement *announcement_of_active(
+    const struct standby *p); /* alive and of our release; of several the one that stays */
+bool announcement_is_there(const struct standby *p, peer_role role); /* alive and in that role, of whatever release */
 /* Another one that waits like us, and began before us. */
-bool card_is_before_us(const struct standby *p, peer_role role);
+bool announcement_is_before_us(const struct standby *p, peer_role role);
 /* Of two active ones: does the first one stay? */
-bool card_stays(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender);
-int64_t card_new_line(const service *s);   /* the epoch of who goes on from nothing */
-void cards_forget_dead(struct standby *p); /* one that is back is told of anew */
+bool announcement_stays(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender);
+int64_t announcement_new_line(const service *s);   /* the epoch of who goes on from nothing */
+void announcements_forget_dead(struct standby *p); /* one that is back is told of anew */
 
 /* standby_active.c */
 /* Who gives no sign of life, or does not keep up, for so long, is waited for no more. Longer than it takes that one to
  * take over: if both lose each other at the same time, we tell nothing before it is heard of that. */
 enum { SLOW_LEASES = 3 };
-const peer_card *follower_card(const service *s); /* in step with us: what we tell is held until it has it; or NULL */
-void follower_find(service *s);                   /* and lose it, if it is none any more */
+const peer_announcement *follower_announcement(
+    const service *s);          /* in step with us: what we tell is held until it has it; or NULL */
+void follower_find(service *s); /* and lose it, if it is none any more */
 void follower_drop_slow(service *s);
 void follower_has(service *s, int64_t sender, bytes_in *r);    /* JOURNAL_HAVE */
 void follower_wishes(service *s, int64_t sender, bytes_in *r); /* JOURNAL_WANT_STATE */

@@ -30,7 +30,7 @@ static bool carry_out(service *s, const journal_entry *e)
         stream_reader(s, from, e->stream);
         return true;
     case ENTRY_BUILD:
-        geometry_tell(s, e->client, e->hash, e->ready != 0);
+        geometry_report(s, e->client, e->hash, e->ready != 0);
         return true;
     case ENTRY_TICK:
         if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) return false;
@@ -51,7 +51,7 @@ void standby_say_have(service *s, int64_t tick)
 {
     struct standby *p = s->standby;
     const journal_have have = {.to = p->active, .epoch = s->epoch, .tick = tick, .asks = p->missed};
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
+    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
 }
 
 void standby_replay_tick(service *s, bytes_in *r)
@@ -146,7 +146,7 @@ void standby_take_state(service *s, bytes_in *r)
     p->alone = 0;
     catch_up(s);
     if (p->out_of_step) return;
-    card_say(s, PEER_STANDBY);
+    announcement_say(s, PEER_STANDBY);
     standby_say_have(s, s->tick);
     log_notice("in step with the active daemon, from tick %" PRId64 " on, epoch %" PRId64, s->tick, s->epoch);
 }

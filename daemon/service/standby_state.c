@@ -66,7 +66,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     NO_ARRAY(&bare.held.digests.list);
     NO_ARRAY(&bare.done.list);
     NO_ARRAY(&bare.bodies);
-    NO_ARRAY(&bare.interests);
+    NO_ARRAY(&bare.subscriptions);
     NO_ARRAY(&bare.acks);
     NO_ARRAY(&bare.claims);
     bare.rows = (pose_rows){.next = 0};
@@ -88,7 +88,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
         bytes_put(to, &c->rows.sequences.at[i], sizeof c->rows.sequences.at[i]);
         PUT_ARRAY(to, &c->bodies.at[i].geometries);
     }
-    PUT_ARRAY(to, &c->interests);
+    PUT_ARRAY(to, &c->subscriptions);
     PUT_ARRAY(to, &c->claims);
 }
 
@@ -106,9 +106,9 @@ static void confirm(service *s, const session *c)
             .kind = WIRE_POSE_BATCH, .pose_batch = {.client = c->client, .sequence = c->rows.sequences.at[i]}};
         kept_confirm(k, &m);
     }
-    for (size_t i = 0; i < c->interests.count; i++) {
-        m = (wire_message){
-            .kind = WIRE_INTEREST, .interest = {.client = c->client, .sequence = c->interests.at[i].sequence}};
+    for (size_t i = 0; i < c->subscriptions.count; i++) {
+        m = (wire_message){.kind = WIRE_SUBSCRIPTION,
+            .subscription = {.client = c->client, .sequence = c->subscriptions.at[i].sequence}};
         kept_confirm(k, &m);
     }
 }
@@ -120,7 +120,7 @@ static const char *get_session(service *s, bytes_in *from)
     c->name = base_strdup(bytes_get_text(from));
     NO_ARRAY(&c->bodies);
     c->rows = (pose_rows){.next = 0};
-    NO_ARRAY(&c->interests);
+    NO_ARRAY(&c->subscriptions);
     NO_ARRAY(&c->acks);
     NO_ARRAY(&c->claims);
     NO_ARRAY(&c->held.bytes);
@@ -129,7 +129,7 @@ static const char *get_session(service *s, bytes_in *from)
     NO_ARRAY(&c->done.list);
     pair_map_init(&c->claim_of);
     pair_map_init(&c->body_of);
-    pair_map_init(&c->interest_of);
+    pair_map_init(&c->subscription_of);
     pair_map_init(&c->pending_of);
     pair_map_init(&c->pending_needs);
     array_push(&s->sessions, c); /* from here on it is freed with the others */
@@ -153,8 +153,8 @@ static const char *get_session(service *s, bytes_in *from)
         array_push(&c->bodies, b);
         session_add_row(c, b.number, b.world_id, pose_sequence);
     }
-    GET_ARRAY(from, &c->interests);
-    session_find_interests(c);
+    GET_ARRAY(from, &c->subscriptions);
+    session_find_subscriptions(c);
     GET_ARRAY(from, &c->claims);
     for (size_t i = 0; i < c->claims.count; i++)
         if (c->claims.at[i].hash) pair_map_put(&c->claim_of, (uint64_t)c->claims.at[i].hash, (uint32_t)i);

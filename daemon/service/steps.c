@@ -473,7 +473,7 @@ void steps_settle(service *s)
 
 /* ---- who misses it ---- */
 
-static void tell_members(service *s, const char *text)
+static void report_members(service *s, const char *text)
 {
     log_warning("lock-step: %s", text);
     for (size_t i = 0; i < s->sessions.count; i++) {
@@ -484,7 +484,7 @@ static void tell_members(service *s, const char *text)
     }
 }
 
-static void tell_missing(service *s, bool goes_on)
+static void report_missing(service *s, bool goes_on)
 {
     char text[512], others[48] = "";
     const session *first = NULL;
@@ -500,7 +500,7 @@ static void tell_missing(service *s, bool goes_on)
     snprintf(text, sizeof text, "step %" PRId64 ": client %016" PRIx64 " \"%s\"%s did not publish it within %g s: %s",
         s->lock_step.waited, (uint64_t)first->client, first->name, others, s->config.step_timeout,
         goes_on ? "it is done without" : "all wait on");
-    tell_members(s, text);
+    report_members(s, text);
 }
 
 static void miss(service *s, session *c)
@@ -523,7 +523,7 @@ static bool begin_waiting(service *s, const roll *r)
     s->lock_step.waited = r->next;
     if (s->lock_step.since_ns) return true; /* also if who waited for another step has gone */
     s->lock_step.since_ns = s->monotonic_ns;
-    s->lock_step.told = false;
+    s->lock_step.reported = false;
     return true;
 }
 
@@ -543,12 +543,12 @@ void steps_watch(service *s)
         char text[128];
         snprintf(text, sizeof text, "step %" PRId64 " waits: %zu of %zu clients are there", s->lock_step.waited,
             s->lock_step.members, r.wanted);
-        if (late && !s->lock_step.told) tell_members(s, text);
-        s->lock_step.told |= late;
+        if (late && !s->lock_step.reported) report_members(s, text);
+        s->lock_step.reported |= late;
         return;
     }
-    if (late && !s->lock_step.told) tell_missing(s, goes_on);
-    s->lock_step.told |= late;
+    if (late && !s->lock_step.reported) report_missing(s, goes_on);
+    s->lock_step.reported |= late;
     for (size_t i = 0; goes_on && i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (is_member(c) && c->published <= s->lock_step.done && (late || c->idle)) miss(s, c);
@@ -557,7 +557,7 @@ void steps_watch(service *s)
 
 int64_t steps_next_ns(const service *s)
 {
-    if (!s->lock_step.since_ns || s->lock_step.told || !(s->config.step_timeout > 0)) return INT64_MAX;
+    if (!s->lock_step.since_ns || s->lock_step.reported || !(s->config.step_timeout > 0)) return INT64_MAX;
     return s->lock_step.since_ns + (int64_t)(1e9 * s->config.step_timeout);
 }
 

@@ -1,4 +1,4 @@
-/* stream: the world's batches as numbered EventBatch messages, each on the stream of its interest. Tick thread. */
+/* stream: the world's batches as numbered EventBatch messages, each on the stream of its subscription. Tick thread. */
 #include "clients.h"
 #include "service.h"
 #include "standby.h"
@@ -13,7 +13,7 @@
 
 enum { EVENTS_A_PART = 128 }; /* a part stays below 64 kB, but for the longest names */
 
-static void open_at(service *s, session *c, const wire_interest *m, uint32_t world_id, const char *name)
+static void open_at(service *s, session *c, const wire_subscription *m, uint32_t world_id, const char *name)
 {
     const stream *old = stream_ending(s, name); /* its readers are this one's: a link tells of a reader once */
     bool read = old && old->read && old->link == c->link;
@@ -23,33 +23,33 @@ static void open_at(service *s, session *c, const wire_interest *m, uint32_t wor
         .read = read,
         .name = base_strdup(name),
         .client = c->client,
-        .interest = m->interest,
+        .subscription = m->subscription,
         .link = c->link,
         .each_tick = m->rate_hz == 0};
     stream_names_add(s, world_id);
     c->link->ops->stream_open(c->link, name);
 }
 
-static void name_of_stream(const session *c, const wire_interest *m, char name[WIRE_NAME_MAX + 1])
+static void name_of_stream(const session *c, const wire_subscription *m, char name[WIRE_NAME_MAX + 1])
 {
     if (*m->stream)
         snprintf(name, WIRE_NAME_MAX + 1, "%s", m->stream);
     else
-        snprintf(name, WIRE_NAME_MAX + 1, "%016" PRIx64 ".%d", (uint64_t)c->client, m->interest);
+        snprintf(name, WIRE_NAME_MAX + 1, "%016" PRIx64 ".%d", (uint64_t)c->client, m->subscription);
 }
 
-bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why)
+bool stream_taken(service *s, const session *c, const wire_subscription *m, uint32_t world_id, wire_refusal *why)
 {
     char name[WIRE_NAME_MAX + 1];
     name_of_stream(c, m, name);
     const stream *taken = stream_named(s, name);
     if (!taken || (size_t)(taken - s->streams.at) == world_id) return false;
     why->reason = WIRE_NAME_TAKEN;
-    snprintf(why->text, sizeof why->text, "stream: \"%.100s\" is the stream of another interest", name);
+    snprintf(why->text, sizeof why->text, "stream: \"%.100s\" is the stream of another subscription", name);
     return true;
 }
 
-void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id)
+void stream_open(service *s, session *c, const wire_subscription *m, uint32_t world_id)
 {
     char name[WIRE_NAME_MAX + 1];
     name_of_stream(c, m, name);
@@ -66,7 +66,7 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 void stream_end(service *s, uint32_t world_id, uint8_t cause)
 {
     assert(world_id < s->streams.count && s->streams.at[world_id].live);
-    world_remove_interest(s->world, world_id, cause);
+    world_remove_subscription(s->world, world_id, cause);
     stream_names_drop(s, world_id);
     s->streams.at[world_id].ending = true;
     stream_names_add(s, world_id);
@@ -104,10 +104,10 @@ bool stream_lacks_reader(service *s, const char *name)
 void stream_receipt(service *s, const wire_receipt *m)
 {
     session *c = session_find(s, m->client);
-    const owned_interest *i = c ? session_interest(c, m->interest) : NULL;
+    const owned_subscription *i = c ? session_subscription(c, m->subscription) : NULL;
     bool live = i && i->live && i->world_id < s->streams.count && s->streams.at[i->world_id].live;
     stream *to = live ? &s->streams.at[i->world_id] : NULL;
-    if (to && to->told && !to->ending) backlog_receipt(s, to, m);
+    if (to && to->reported && !to->ending) backlog_receipt(s, to, m);
 }
 
 /* ---- one part of one batch ---- */
@@ -153,7 +153,7 @@ static void copy_pose(double *at, pose p)
 
 static uint32_t put_impact(part *p, uint32_t impacts, const world_event *e)
 {
-    if (e->kind != EVENT_IMPACT && e->kind != EVENT_FORETOLD) return impacts;
+    if (e->kind != EVENT_IMPACT && e->kind != EVENT_PREDICTED) return impacts;
     p->impact_times[2 * (size_t)impacts] = e->impact.lo;
     p->impact_times[2 * (size_t)impacts + 1] = e->impact.hi;
     p->impact_starts[impacts] = e->impact.start_ns;
@@ -263,7 +263,7 @@ static wire_message message_for(service *s, const stream *to)
     return (wire_message){.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = to->client,
-            .interest = to->interest,
+            .subscription = to->subscription,
             .epoch = s->epoch,
             .batch = to->batch,
             .tick = s->tick,
@@ -285,7 +285,7 @@ static int64_t heartbeat_ns(const service *s)
 
 static void expect_heartbeat(service *s, const stream *to)
 {
-    int64_t due_ns = to->told_ns + heartbeat_ns(s);
+    int64_t due_ns = to->reported_ns + heartbeat_ns(s);
     if (due_ns < s->next_heartbeat_ns) s->next_heartbeat_ns = due_ns;
 }
 
@@ -325,8 +325,8 @@ void stream_each(service *s, const world_batches *batches, stream_visit *visit, 
 {
     for (size_t i = 0; i < batches->count; i++) {
         const world_batch *b = &batches->at[i];
-        bool live = b->interest < s->streams.count && s->streams.at[b->interest].live;
-        if (live && !b->snapshot) each_part(s, &s->streams.at[b->interest], b, visit, context);
+        bool live = b->subscription < s->streams.count && s->streams.at[b->subscription].live;
+        if (live && !b->snapshot) each_part(s, &s->streams.at[b->subscription], b, visit, context);
     }
 }
 
@@ -364,7 +364,7 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
             backlog_put(to, &m);
     }
     if (passes) {
-        to->told_ns = s->monotonic_ns;
+        to->reported_ns = s->monotonic_ns;
         metric_count(s->count.batches_out, (uint64_t)parts);
         return;
     }
@@ -378,13 +378,13 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
 static void publish(service *s, stream *to, const world_batch *b)
 {
     assert(to->live && to->read);
-    if (!to->told) to->batch = to->inherited = s->last_batch + 1; /* what ends in this tick has been published */
+    if (!to->reported) to->batch = to->inherited = s->last_batch + 1; /* what ends in this tick has been published */
     if (b->more || b->goes_on)
         build_snapshot(s, to, b);
     else
         send_or_keep(s, to, b);
     measure(s, b);
-    to->told = true;
+    to->reported = true;
     if (!b->snapshot) to->batch_tick = s->tick;
     expect_heartbeat(s, to);
     metric_count(s->count.events_out, b->count);
@@ -396,8 +396,8 @@ void stream_ask_all(service *s)
 {
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
-        for (size_t k = 0; c->stepped && k < c->interests.count; k++) {
-            const owned_interest *own = &c->interests.at[k];
+        for (size_t k = 0; c->stepped && k < c->subscriptions.count; k++) {
+            const owned_subscription *own = &c->subscriptions.at[k];
             if (own->live && s->streams.at[own->world_id].each_tick) world_want_all(s->world, own->world_id);
         }
     }
@@ -406,8 +406,8 @@ void stream_ask_all(service *s)
 static void answer_step(service *s, uint32_t id)
 {
     stream *to = &s->streams.at[id];
-    if (!to->live || !to->read || !to->told || !to->each_tick || to->batch_tick == s->tick) return;
-    publish(s, to, &(world_batch){.interest = id});
+    if (!to->live || !to->read || !to->reported || !to->each_tick || to->batch_tick == s->tick) return;
+    publish(s, to, &(world_batch){.subscription = id});
 }
 
 /* Lock-step: a client whose poses carry a step hears of each tick that had one, on each of its streams, also when there
@@ -417,8 +417,8 @@ static void answer_steps(service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (!c->stepped || c->withheld) continue;
-        for (size_t k = 0; k < c->interests.count; k++)
-            if (c->interests.at[k].live) answer_step(s, c->interests.at[k].world_id);
+        for (size_t k = 0; k < c->subscriptions.count; k++)
+            if (c->subscriptions.at[k].live) answer_step(s, c->subscriptions.at[k].world_id);
         c->stepped = false;
     }
 }
@@ -426,19 +426,19 @@ static void answer_steps(service *s)
 /* Its first batch waits for the last one of the stream that had its name, and has not ended in this tick. */
 static bool waits_for_name(service *s, const stream *to, const world_batch *b)
 {
-    if (to->told || to->ending || !b->snapshot || b->goes_on || !stream_ending(s, to->name)) return false;
-    world_want_snapshot(s->world, b->interest);
+    if (to->reported || to->ending || !b->snapshot || b->goes_on || !stream_ending(s, to->name)) return false;
+    world_want_snapshot(s->world, b->subscription);
     return true;
 }
 
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
 static void publish_one(service *s, const world_batch *b)
 {
-    if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
-    stream *to = &s->streams.at[b->interest];
+    if (b->subscription >= s->streams.count || !s->streams.at[b->subscription].live) return;
+    stream *to = &s->streams.at[b->subscription];
     if (waits_for_name(s, to, b)) return;
-    if (to->read && (to->told || (b->snapshot && !b->goes_on))) publish(s, to, b);
-    if (b->closing) stream_close(s, b->interest);
+    if (to->read && (to->reported || (b->snapshot && !b->goes_on))) publish(s, to, b);
+    if (b->closing) stream_close(s, b->subscription);
 }
 
 /* What closes goes first: another stream of this tick may have its name. */
@@ -463,7 +463,7 @@ static void beat(service *s, uint32_t id)
     m.event_batch.oldest_pose_ns = world_oldest_stamp_ns(s->world, id);
     to->link->ops->publish(to->link, &m);
     metric_count(s->count.heartbeats, 1);
-    to->told_ns = s->monotonic_ns;
+    to->reported_ns = s->monotonic_ns;
 }
 
 void stream_heartbeats(service *s)
@@ -472,8 +472,8 @@ void stream_heartbeats(service *s)
     s->next_heartbeat_ns = INT64_MAX;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        if (!to->live || !to->read || !to->told) continue;
-        if (s->monotonic_ns - to->told_ns >= heartbeat_ns(s)) beat(s, i);
+        if (!to->live || !to->read || !to->reported) continue;
+        if (s->monotonic_ns - to->reported_ns >= heartbeat_ns(s)) beat(s, i);
         expect_heartbeat(s, to);
     }
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);

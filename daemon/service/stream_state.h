@@ -40,20 +40,20 @@ typedef struct backlog {
 typedef struct stream {
     bool live;
     bool read;   /* a reader has come: before, there is nobody to tell */
-    bool ending; /* its interest is gone, its last batch is not told yet: another may have its name */
+    bool ending; /* its subscription is gone, its last batch is not told yet: another may have its name */
     char *name;
     int64_t client;
-    int32_t interest;
+    int32_t subscription;
     struct link *link;
-    bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
-    bool told;          /* a batch has been sent */
-    int64_t batch;      /* of the last batch made ... */
-    int64_t batch_tick; /* ... and the tick of that; a snapshot is none */
-    int64_t inherited;  /* the last one of the daemon that this one took over from, as far as it knows */
-    int64_t told_ns;    /* when it last said something, monotonic */
-    uint64_t work;      /* units of the world's, told in Status so far */
-    uint64_t events;    /* told on it */
-    int64_t recorded;   /* the number of its last batch in a recording */
+    bool each_tick;      /* its updates are not held back: it answers the steps of its client, too */
+    bool reported;       /* a batch has been sent */
+    int64_t batch;       /* of the last batch made ... */
+    int64_t batch_tick;  /* ... and the tick of that; a snapshot is none */
+    int64_t inherited;   /* the last one of the daemon that this one took over from, as far as it knows */
+    int64_t reported_ns; /* when it last said something, monotonic */
+    uint64_t work;       /* units of the world's, told in Status so far */
+    uint64_t events;     /* told on it */
+    int64_t recorded;    /* the number of its last batch in a recording */
     backlog backlog;
 } stream;
 

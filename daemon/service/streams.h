@@ -5,9 +5,9 @@
 #include "service.h"
 
 /* stream.c */
-bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why);
-void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id);
-void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
+bool stream_taken(service *s, const session *c, const wire_subscription *m, uint32_t world_id, wire_refusal *why);
+void stream_open(service *s, session *c, const wire_subscription *m, uint32_t world_id);
+void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the subscription with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
 /* stream_names.c: to be found by its name, which has to be there, and by whether it ends. */
 void stream_names_add(service *s, uint32_t world_id);

@@ -107,11 +107,11 @@ static void keep_name(char to[NAME_KEPT], const char *text)
 
 static const char *name_of_object(const wire_message *m)
 {
-    return m->kind == WIRE_BODY       ? m->body.name
-           : m->kind == WIRE_INTEREST ? m->interest.select_a
-           : m->kind == WIRE_QUERY    ? m->query.name_a
-           : m->kind == WIRE_CLIENT   ? m->client.name
-                                      : "";
+    return m->kind == WIRE_BODY           ? m->body.name
+           : m->kind == WIRE_SUBSCRIPTION ? m->subscription.select_a
+           : m->kind == WIRE_QUERY        ? m->query.name_a
+           : m->kind == WIRE_CLIENT       ? m->client.name
+                                          : "";
 }
 
 static uint64_t content_of_geometry(uint8_t kind, int64_t hash)
@@ -129,8 +129,8 @@ static uint64_t content_of(suspect_watch *w, const wire_message *m)
         bare.body.client = bare.body.sequence = bare.body.stamp_ns = 0;
         bare.body.stamp_is_now = 0;
         if (bare.body.pose.count == 7) bare.body.pose.at = nowhere;
-    } else if (m->kind == WIRE_INTEREST) {
-        bare.interest.client = bare.interest.sequence = 0;
+    } else if (m->kind == WIRE_SUBSCRIPTION) {
+        bare.subscription.client = bare.subscription.sequence = 0;
     } else if (m->kind == WIRE_QUERY) {
         bare.query.client = bare.query.sequence = 0;
     } else {
@@ -224,7 +224,7 @@ static void build_ends(void *context, unsigned thread)
 
 /* ---- what daemons have died over ---- */
 
-static void tell_of_culprit(const culprit *c, char *text, size_t size)
+static void report_of_culprit(const culprit *c, char *text, size_t size)
 {
     if (c->kind == WIRE_NOTHING && !c->client)
         snprintf(text, size, "a tick in which no client had announced anything");
@@ -270,7 +270,7 @@ static void hold_against(suspect_file *f, culprit *c, bool sure, const char *how
 {
     char what[512];
     c->client_name[NAME_KEPT - 1] = c->name[NAME_KEPT - 1] = '\0';
-    tell_of_culprit(c, what, sizeof what);
+    report_of_culprit(c, what, sizeof what);
     culprit *k = place_for(f, c);
     k->client = c->client;
     k->sequence = c->sequence;
@@ -280,7 +280,7 @@ static void hold_against(suspect_file *f, culprit *c, bool sure, const char *how
     if (k->times < UINT32_MAX) k->times++;
     bool is_held = (sure || k->times > 1) && (k->kind != WIRE_NOTHING || k->client);
     k->until_ns = is_held ? k->since_ns + penalty_ns(k->times) : 0;
-    const char *refused = k->kind == WIRE_NOTHING ? "bodies and interests of that client are" : "it is";
+    const char *refused = k->kind == WIRE_NOTHING ? "bodies and subscriptions of that client are" : "it is";
     if (is_held)
         log_warning("the daemon before this one was killed (%s) while it carried out %s, %u time(s) so far: %s refused "
                     "for %" PRId64 " s",
@@ -406,7 +406,7 @@ void suspect_open(service *s)
     s->suspects = base_alloc(1, sizeof *w);
     *s->suspects = opened;
     watch_signals(f);
-    builds_tell(s->builds, &(build_watch){build_begins, build_ends, f});
+    builds_report(s->builds, &(build_watch){build_begins, build_ends, f});
 }
 
 void suspect_close(service *s)
@@ -426,7 +426,7 @@ void suspect_close(service *s)
 
 static bool is_refused_for(suspect_watch *w, const culprit *k, const wire_message *m, uint64_t *content)
 {
-    if (k->kind == WIRE_NOTHING) return m->kind == WIRE_BODY || m->kind == WIRE_INTEREST;
+    if (k->kind == WIRE_NOTHING) return m->kind == WIRE_BODY || m->kind == WIRE_SUBSCRIPTION;
     if (k->kind != m->kind) return false;
     if (!*content) *content = content_of(w, m);
     return k->content == *content;
@@ -434,7 +434,7 @@ static bool is_refused_for(suspect_watch *w, const culprit *k, const wire_messag
 
 static bool takes_back(const wire_message *m)
 {
-    return (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_INTEREST && m->interest.removed) ||
+    return (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_SUBSCRIPTION && m->subscription.removed) ||
            (m->kind == WIRE_GEOMETRY && m->geometry.removed) || (m->kind == WIRE_CLIENT && m->client.removed);
 }
 
@@ -482,7 +482,7 @@ void suspect_describe(const service *s, char *text, size_t size)
     for (int i = 0; w && w->some && i < SUSPECTS_MAX; i++) {
         const culprit *k = &w->file->kept[i];
         if (!k->times || k->until_ns <= s->monotonic_ns) continue;
-        tell_of_culprit(k, what, sizeof what);
+        report_of_culprit(k, what, sizeof what);
         snprintf(text, size, "suspect: a daemon was killed over %.300s; refused for %" PRId64 " s", what,
             (k->until_ns - s->monotonic_ns) / SECOND_NS + 1);
         return;

@@ -18,12 +18,12 @@
 #include <string.h>
 
 /* Rare: where auto changes its mind, it does so with hysteresis. */
-void service_tell_broad(service *s)
+void service_report_broad(service *s)
 {
     char text[96];
-    if (world_broad_kind(s->world) == s->told_broad) return;
-    s->told_broad = world_broad_kind(s->world);
-    world_tell_broad(s->world, text);
+    if (world_broad_kind(s->world) == s->reported_broad) return;
+    s->reported_broad = world_broad_kind(s->world);
+    world_report_broad(s->world, text);
     log_notice("broad phase: %s", text);
 }
 
@@ -85,7 +85,7 @@ void service_learn_slice(service *s, int64_t took_ns)
     s->slice_unit_ns = was + (is > was ? LEARN_SLOWER : LEARN_FASTER) * (is - was);
 }
 
-uint64_t service_slice_told(const service *s)
+uint64_t service_slice_reported(const service *s)
 {
     return world_was_sliced(s->world) ? s->slice : 0;
 }
@@ -126,7 +126,7 @@ int64_t service_pairs_limited(const service *s)
 }
 
 /* Of a limit that no command is refused for. */
-static void tell_pairs_left_out(service *s)
+static void report_pairs_left_out(service *s)
 {
     world_figures f = world_get_figures(s->world);
     if (!f.pairs_left_out && !f.parked_bodies) return;
@@ -176,8 +176,8 @@ void service_tick(service *s)
     world_tick(s->world, s->now_ns, &batches);
     suspect_end(s);
     steps_settle(s);
-    service_tell_broad(s);
-    tell_pairs_left_out(s);
+    service_report_broad(s);
+    report_pairs_left_out(s);
     note_pending(s);
     s->events_hash = batches.hash;
     record_events(s, &batches);

@@ -17,7 +17,7 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
-enum { UNDER_WAY_S = 1, SILENCE_LEAST_S = 3, SILENCE_MOST_S = 10, TELL_FIRST_S = 1, TELL_LAST_S = 16 };
+enum { UNDER_WAY_S = 1, SILENCE_LEAST_S = 3, SILENCE_MOST_S = 10, REPORT_FIRST_S = 1, REPORT_LAST_S = 16 };
 
 void unheard_poses(service *s, const wire_pose_batch *m)
 {
@@ -51,15 +51,15 @@ static bool is_silent(const service *s, const session *c)
     return c->link->ops->has_liveliness && c->hearing.said_ns && s->monotonic_ns - c->hearing.said_ns > patience;
 }
 
-static void tell_unheard(service *s, session *c, bool poses)
+static void report_unheard(service *s, session *c, bool poses)
 {
     hearing *h = &c->hearing;
-    if (s->monotonic_ns < h->tell_ns) return;
-    if (!h->tell_wait_s) metric_count(s->count.unheard, 1);
-    h->tell_wait_s = !h->tell_wait_s                    ? TELL_FIRST_S
-                     : 2 * h->tell_wait_s < TELL_LAST_S ? 2 * h->tell_wait_s
-                                                        : TELL_LAST_S;
-    h->tell_ns = s->monotonic_ns + h->tell_wait_s * SECOND_NS;
+    if (s->monotonic_ns < h->report_ns) return;
+    if (!h->report_wait_s) metric_count(s->count.unheard, 1);
+    h->report_wait_s = !h->report_wait_s                      ? REPORT_FIRST_S
+                       : 2 * h->report_wait_s < REPORT_LAST_S ? 2 * h->report_wait_s
+                                                              : REPORT_LAST_S;
+    h->report_ns = s->monotonic_ns + h->report_wait_s * SECOND_NS;
     wire_refusal why = {.reason = WIRE_UNHEARD};
     snprintf(why.text, sizeof why.text, "%s",
         poses ? "its poses do not come: the network loses them, or somebody forges packets"
@@ -85,9 +85,9 @@ void unheard_watch(service *s)
         if (poses || (here && is_silent(s, c))) {
             s->clients_unheard++;
             describe(s, c);
-            tell_unheard(s, c, poses);
-        } else if (c->hearing.tell_wait_s) {
-            c->hearing.tell_wait_s = 0;
+            report_unheard(s, c, poses);
+        } else if (c->hearing.report_wait_s) {
+            c->hearing.report_wait_s = 0;
             if (here) log_notice("client %016" PRIx64 " '%s' is heard again", (uint64_t)c->client, c->name);
         }
     }

@@ -23,22 +23,22 @@ static const char *check_bodies(const session *c)
     return shapes == c->shape_count ? NULL : "shapes of a client miscounted";
 }
 
-static const char *check_interests(const service *s, const session *c)
+static const char *check_subscriptions(const service *s, const session *c)
 {
     size_t live = 0;
-    for (uint32_t i = 0; i < c->interests.count; i++) {
-        const owned_interest *own = &c->interests.at[i];
-        if (pair_map_get(&c->interest_of, (uint64_t)(uint32_t)own->number + 1) != i)
-            return "an interest is not in its client's map";
+    for (uint32_t i = 0; i < c->subscriptions.count; i++) {
+        const owned_subscription *own = &c->subscriptions.at[i];
+        if (pair_map_get(&c->subscription_of, (uint64_t)(uint32_t)own->number + 1) != i)
+            return "a subscription is not in its client's map";
         if (!own->live) continue;
         live++;
-        if (own->world_id >= s->streams.count) return "an interest has no stream";
+        if (own->world_id >= s->streams.count) return "a subscription has no stream";
         const stream *to = &s->streams.at[own->world_id];
-        if (s->health == WIRE_HEALTH_STOPPING) continue; /* all streams end before their interests */
-        if (!to->live || to->client != c->client || to->interest != own->number)
-            return "the stream of an interest is another's";
+        if (s->health == WIRE_HEALTH_STOPPING) continue; /* all streams end before their subscriptions */
+        if (!to->live || to->client != c->client || to->subscription != own->number)
+            return "the stream of a subscription is another's";
     }
-    return live == c->interest_count ? NULL : "interests of a client miscounted";
+    return live == c->subscription_count ? NULL : "subscriptions of a client miscounted";
 }
 
 static const char *check_backlog(const backlog *b)
@@ -68,7 +68,7 @@ const char *service_validate(service *s)
         const session *c = s->sessions.at[i];
         if (pair_map_get(&s->session_of, (uint64_t)c->client) != i) fault = "a client is not in the map";
         if (!fault) fault = check_bodies(c);
-        if (!fault) fault = check_interests(s, c);
+        if (!fault) fault = check_subscriptions(s, c);
     }
     for (uint32_t i = 0; !fault && i < s->streams.count; i++) fault = check_stream(s, i);
     return fault;

@@ -468,7 +468,8 @@ bool toi_boxes_apply(const course *c)
 
 /* ---- the end ---- */
 
-static void moving_boxes_tell(const moving_boxes *m, const box_place *at, const box_axis *n, facing f, toi_result *out)
+static void moving_boxes_report(
+    const moving_boxes *m, const box_place *at, const box_axis *n, facing f, toi_result *out)
 {
     double radius_a = m->c->a->radius, radius_b = m->c->b->radius, radius = radius_a + radius_b;
     out->lo = at->time;
@@ -505,7 +506,7 @@ static bool moving_boxes_settle(
     if (!(wide <= 0.25 * tolerance) || (rough && !(left + wide <= tolerance))) return false;
     if (!rough) hi = time_of_touch(m, at, n, max_of(n->gap - m->reach, 0) + 0.25 * tolerance);
     if (!rough && (hi == INFINITY || m->wander > 0)) return false;
-    moving_boxes_tell(m, at, n, f, out);
+    moving_boxes_report(m, at, n, f, out);
     out->status = rough ? TOI_NEAR : TOI_HIT;
     out->hi = hi;
     return true;

@@ -50,7 +50,7 @@ static vec3 moving_balls_place(const balls *s, double time)
     return vec_madd(s->from, time, s->velocity);
 }
 
-static void tell_balls(const balls *s, const toi_mover *a, const toi_mover *b, double lo, double hi, toi_result *out)
+static void report_balls(const balls *s, const toi_mover *a, const toi_mover *b, double lo, double hi, toi_result *out)
 {
     vec3 there = moving_balls_place(s, lo);
     double apart = vec_norm(there), gap = apart - a->shape->radius - b->shape->radius;
@@ -95,7 +95,7 @@ bool toi_spheres(const toi_mover *a, const toi_mover *b, const toi_request *requ
     bool proven = vec_norm(first) > s.reach + s.error && vec_dot(first, s.velocity) < -rounding &&
                   vec_norm(last) <= s.reach - s.error;
     if (!proven) return false;
-    tell_balls(&s, a, b, lo, hi, out);
+    report_balls(&s, a, b, lo, hi, out);
     out->steps = 1;
     return true;
 }
@@ -247,7 +247,7 @@ static double moving_balls_propose(const flight *f, double time, bool *touches)
 
 /* ---- proofs ---- */
 
-static void tell_ball_and_box(
+static void report_ball_and_box(
     const flight *f, const toi_mover *a, const toi_mover *b, double lo, double hi, const moment *m, toi_result *out)
 {
     double radius_a = a->shape->radius, gap = m->distance - radius_a - b->shape->radius;
@@ -293,7 +293,7 @@ bool toi_ball_box(const toi_mover *a, const toi_mover *b, const toi_request *req
     bool proven = before.distance > f.reach + f.error && growth(&f, &before) < -64 * UNIT_ROUNDOFF * f.speed &&
                   after.distance <= f.reach - f.error;
     if (!proven) return false;
-    tell_ball_and_box(&f, a, b, lo, hi, &before, out);
+    report_ball_and_box(&f, a, b, lo, hi, &before, out);
     out->steps = 1;
     return true;
 }

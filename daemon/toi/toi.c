@@ -195,7 +195,7 @@ static double next_step(march *m)
 
 /* ---- the end ---- */
 
-static void march_tell(const march *m, toi_status status, double hi)
+static void march_report(const march *m, toi_status status, double hi)
 {
     toi_result *out = m->out;
     out->status = status;
@@ -214,7 +214,7 @@ static bool march_prove_contact(march *m)
 {
     double span = m->request->span, threshold = m->request->threshold - m->c->slack;
     if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
-        march_tell(m, TOI_HIT, m->time);
+        march_report(m, TOI_HIT, m->time);
         return true;
     }
     double gap = max_of(m->near.hi - threshold, 0) + 0.25 * m->request->tolerance; /* where it just touches, doubles
@@ -223,7 +223,7 @@ static bool march_prove_contact(march *m)
     for (int k = 0; k < PROOFS_MAX; k++) {
         double time = min_of(m->time + step, span);
         if (touches(m, time)) {
-            march_tell(m, TOI_HIT, time);
+            march_report(m, TOI_HIT, time);
             return true;
         }
         if (time >= span || m->rate * step > m->request->tolerance) return false;
@@ -247,7 +247,7 @@ static void march_convex(march *m, double from)
             bool stuck = spare(m) <= 0; /* what goes away for good is free, however near it was */
             if (!stuck && (m->rough || ++grazes > GRAZES_MAX)) stuck = next_step(m) < span - time;
             if (stuck) {
-                march_tell(m, TOI_NEAR, INFINITY);
+                march_report(m, TOI_NEAR, INFINITY);
                 return;
             }
         }
@@ -257,7 +257,7 @@ static void march_convex(march *m, double from)
         coarse = spare(m);
         time += step;
     }
-    march_tell(m, spare(m) <= tolerance ? TOI_NEAR : TOI_UNDECIDED, INFINITY);
+    march_report(m, spare(m) <= tolerance ? TOI_NEAR : TOI_UNDECIDED, INFINITY);
 }
 
 /* ---- two shapes ---- */

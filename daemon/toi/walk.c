@@ -317,7 +317,7 @@ static void describe(walk *w, double time, const narrow_result *n)
     out->closing = -vec_dot(n->axis, course_velocity(&w->sweep.course, time, n->point_a, n->point_b));
 }
 
-static void tell_contact(walk *w, double time)
+static void report_contact(walk *w, double time)
 {
     w->out->status = TOI_HIT;
     w->out->hi = time;
@@ -335,7 +335,7 @@ static void walk_prove_contact(walk *w)
         time = min_of(time + step, w->request->span);
         narrow_result n;
         look_whole(w, time, NARROW_VERDICT, INFINITY, &n);
-        if (n.hi <= w->threshold) tell_contact(w, time);
+        if (n.hi <= w->threshold) report_contact(w, time);
         if (n.hi <= w->threshold || n.lo > w->threshold) return;
     }
 }
@@ -390,14 +390,14 @@ static void deepen(walk *w, double time)
     out->status = near_or_undecided(w, walk_floor_at(w, time), &n);
     if (wander > 0) return;
     if (n.hi <= w->threshold)
-        tell_contact(w, time);
+        report_contact(w, time);
     else
         walk_prove_contact(w);
 }
 
 /* What was kept is of the two parts that meet first; at that time others may be nearer. The whole is no farther apart
  * than any two of its parts, and apart before. */
-static void tell_nearest(walk *w)
+static void report_nearest(walk *w)
 {
     toi_result *out = w->out;
     narrow_result n;
@@ -465,14 +465,14 @@ static bool begins_in_contact(walk *w)
     w->out->status = near_or_undecided(w, w->threshold, &n);
     w->out->hi = INFINITY;
     if (n.hi <= w->threshold)
-        tell_contact(w, 0);
+        report_contact(w, 0);
     else if (w->request->wander == 0 && n.hi <= w->threshold + w->request->tolerance)
         walk_prove_contact(w);
     return true;
 }
 
 /* The walk ended with parts left that may meet from `skipped` on. */
-static void tell_skipped(walk *w)
+static void report_skipped(walk *w)
 {
     narrow_result n;
     look_whole(w, w->skipped, NARROW_DISTANCE, INFINITY, &n);
@@ -494,11 +494,11 @@ static void walk_find(walk *w)
     }
     if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) walk_prove_contact(w);
     if (w->skipped <= out->lo && w->skipped != INFINITY) {
-        tell_skipped(w);
+        report_skipped(w);
         return;
     }
     if (out->hi != INFINITY) out->status = TOI_HIT;
-    if (out->status != TOI_FREE) tell_nearest(w);
+    if (out->status != TOI_FREE) report_nearest(w);
 }
 
 void toi_walk(

@@ -27,7 +27,7 @@ void episodes_free(episodes *e)
 
 static bool begins(uint8_t kind)
 {
-    return kind == EVENT_BEGIN || kind == EVENT_NEAR || kind == EVENT_IMPACT || kind == EVENT_FORETOLD;
+    return kind == EVENT_BEGIN || kind == EVENT_NEAR || kind == EVENT_IMPACT || kind == EVENT_PREDICTED;
 }
 
 static bool ends(uint8_t kind)
@@ -45,7 +45,7 @@ static uint64_t key_of(const wire_event_batch *m, size_t i, uint8_t fact)
 {
     uint64_t h = HASH_START;
     h = hash_bytes(h, &m->client, sizeof m->client);
-    h = hash_bytes(h, &m->interest, sizeof m->interest);
+    h = hash_bytes(h, &m->subscription, sizeof m->subscription);
     h = hash_bytes(h, &fact, sizeof fact);
     h = hash_bytes(h, m->names_a.at[i], strlen(m->names_a.at[i]) + 1);
     h = hash_bytes(h, m->names_b.at[i], strlen(m->names_b.at[i]) + 1);

@@ -1,10 +1,10 @@
 /* episodes: what a run told its subscribers, as spans of ticks: a contact from its begin to its end, a nearness from
- * near to far, what was foretold until it was averted, an impact in its tick.
+ * near to far, what was predicted until it was averted, an impact in its tick.
  *
  * Two runs are compared by what a subscriber could rely on. An episode of one finds its like in the other if that told
- * the same fact of the same two shapes, on the same interest, in a tick of the episode or at most EPISODES_SHIFT ticks
- * before or behind it: a wider interval begins earlier and ends later, and may join two episodes into one. What finds
- * no like in a looser run is missed by it; what a looser run tells without a like in the exact one is false. */
+ * the same fact of the same two shapes, on the same subscription, in a tick of the episode or at most EPISODES_SHIFT
+ * ticks before or behind it: a wider interval begins earlier and ends later, and may join two episodes into one. What
+ * finds no like in a looser run is missed by it; what a looser run tells without a like in the exact one is false. */
 #ifndef COLLIDED_TRADE_EPISODES_H
 #define COLLIDED_TRADE_EPISODES_H
 
@@ -16,7 +16,7 @@
 enum { EPISODES_SHIFT = 2 };
 
 typedef struct episode {
-    uint64_t key;        /* of interest, fact and shapes */
+    uint64_t key;        /* of subscription, fact and shapes */
     int64_t first, last; /* ticks; last is INT64_MAX while it lasts */
     size_t pair;         /* meter_pair of its shapes */
 } episode;

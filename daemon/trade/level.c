@@ -7,7 +7,7 @@ const trade_level trade_levels[TRADE_LEVELS] = {
     {"1e-12", WORLD_BY_TOLERANCE, 1e-12}, {"exact", WORLD_BY_TOLERANCE, 0}, /* as narrow as arithmetic gives */
 };
 
-void level_amend(const void *context, world_interest *def)
+void level_amend(const void *context, world_subscription *def)
 {
     const trade_level *level = context;
     def->accuracy = level->accuracy;

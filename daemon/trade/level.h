@@ -1,4 +1,4 @@
-/* level: the accuracies that a trade compares, from the loosest to exact, and what each makes of an interest. */
+/* level: the accuracies that a trade compares, from the loosest to exact, and what each makes of a subscription. */
 #ifndef COLLIDED_TRADE_LEVEL_H
 #define COLLIDED_TRADE_LEVEL_H
 
@@ -13,8 +13,8 @@ typedef struct trade_level {
 enum { TRADE_LEVELS = 6, TRADE_EXACT = TRADE_LEVELS - 1 }; /* the last one is what all are held against */
 extern const trade_level trade_levels[TRADE_LEVELS];
 
-/* service.amend_interest; `context` is a trade_level. */
-void level_amend(const void *context, world_interest *def);
+/* service.amend_subscription; `context` is a trade_level. */
+void level_amend(const void *context, world_subscription *def);
 /* world_ask_again at this level. */
 void level_ask(const trade_level *level, const world *w, size_t answer, double *lo, double *hi);
 

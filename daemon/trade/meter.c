@@ -63,12 +63,12 @@ static void measure(meter *m, const world *w, size_t i)
     size_t pair = meter_pair(answer.type_a, answer.type_b);
     if (!m->cells[pair]) m->cells[pair] = base_zalloc(TRADE_LEVELS, sizeof **m->cells);
     world_ask_exactly(w, i, &least, &most);
-    bool told = least <= answer.limit && isfinite(least) && isfinite(most); /* two half-spaces have no distance */
+    bool reported = least <= answer.limit && isfinite(least) && isfinite(most); /* two half-spaces have no distance */
     for (size_t k = 0; k < TRADE_LEVELS; k++) {
         size_t level = (m->measured + k) % TRADE_LEVELS; /* none of them is always the first */
         meter_cell *c = &m->cells[pair][level];
         spread_add(&c->times, time_answer(m, w, i, &trade_levels[level], &lo, &hi));
-        if (told) count_error(c, lo, hi, least, most);
+        if (reported) count_error(c, lo, hi, least, most);
     }
     m->measured++;
 }

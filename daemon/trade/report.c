@@ -43,8 +43,8 @@ static void print(FILE *out, const char *pair, size_t level, const row *r, const
 static void fill(
     const trade_result *t, size_t pair, size_t level, const uint64_t *missed, const uint64_t *false_ones, row *r)
 {
-    *r = (row){.events = t->told[level]->pair_events[pair],
-        .bytes = t->told[level]->pair_bytes[pair],
+    *r = (row){.events = t->reported[level]->pair_events[pair],
+        .bytes = t->reported[level]->pair_bytes[pair],
         .missed = missed[pair],
         .false_ones = false_ones[pair]};
     if (pair == METER_PAIRS || !t->meter->cells[pair]) return;
@@ -64,8 +64,8 @@ void report_rows(FILE *out, const trade_result *t)
     pair_counts *false_ones = base_zalloc(TRADE_LEVELS, sizeof *false_ones);
     row *all = base_zalloc(TRADE_LEVELS, sizeof *all), *one = base_zalloc(TRADE_LEVELS, sizeof *one);
     for (size_t level = 0; level < TRADE_LEVELS; level++) {
-        episodes_missing(t->told[TRADE_EXACT], t->told[level], missed[level]);
-        episodes_missing(t->told[level], t->told[TRADE_EXACT], false_ones[level]);
+        episodes_missing(t->reported[TRADE_EXACT], t->reported[level], missed[level]);
+        episodes_missing(t->reported[level], t->reported[TRADE_EXACT], false_ones[level]);
     }
     for (size_t pair = 0; pair <= METER_PAIRS; pair++) {
         char name[64] = "bodies"; /* what is told of whole ones, and batches without events */

@@ -1,7 +1,7 @@
 /* report: what a trade found, as lines of tab-separated values. `collidectl trade` reads them.
  *
  *   trade 2                               the version of this format
- *   session TICKS SECONDS INTERESTS LEFT_OUT  what is in the recording; ticks in which something was announced
+ *   session TICKS SECONDS SUBSCRIPTIONS LEFT_OUT  what is in the recording; ticks in which something was announced
  *   progress SHARE                        0 to 1, while it works
  *   answers ASKED MEASURED
  *   row PAIR ACCURACY MEASURED TIME_MEAN_NS TIME_P99_NS ERRORS ERROR_MAX_M ERROR_MEAN_M OUTSIDE EVENTS MISSED FALSE
@@ -20,7 +20,7 @@
 
 typedef struct trade_result {
     const meter *meter;
-    const episodes *told[TRADE_LEVELS];
+    const episodes *reported[TRADE_LEVELS];
     const spread *ticks[TRADE_LEVELS];
     double seconds;
 } trade_result;

@@ -19,12 +19,12 @@ typedef struct run { /* of one level */
     server *server;
     service *service;
     link_sink sink;
-    episodes told;
+    episodes reported;
     int64_t listening_ns; /* of this tick, in `hear`: not the daemon's */
 } run;
 
 typedef struct contents { /* what is in the recording */
-    int64_t ticks, interests, first_ns, last_ns;
+    int64_t ticks, subscriptions, first_ns, last_ns;
     ARRAY(bool) builds; /* of each tick: something is announced in it, or taken back */
     int64_t left_out;   /* such ticks: what they cost is no question of accuracy */
     bool building;      /* such a command has come since the last tick */
@@ -38,7 +38,7 @@ typedef struct comparison {
     run runs[TRADE_LEVELS];
     int64_t *ticks_ns[TRADE_LEVELS]; /* one a tick */
     meter *meter;
-    int64_t pass, told_ns; /* told: the progress, last */
+    int64_t pass, reported_ns; /* told: the progress, last */
 } comparison;
 
 static int fail_with(int status, const config *c, const char *why)
@@ -55,15 +55,16 @@ static int fail(const config *c, const char *why)
 
 /* ---- what is in it ---- */
 
-/* Geometries are built, bodies put, pairs found and interests matched in the tick of these. */
+/* Geometries are built, bodies put, pairs found and subscriptions matched in the tick of these. */
 static bool is_built(const wire_message *m)
 {
-    return m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_INTEREST;
+    return m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_SUBSCRIPTION;
 }
 
 static void count_entry(contents *s, const wire_log_entry *e)
 {
-    if (e->kind == WIRE_LOG_MESSAGE) s->interests += e->message.kind == WIRE_INTEREST && !e->message.interest.removed;
+    if (e->kind == WIRE_LOG_MESSAGE)
+        s->subscriptions += e->message.kind == WIRE_SUBSCRIPTION && !e->message.subscription.removed;
     s->building |= e->kind == WIRE_LOG_MESSAGE && is_built(&e->message);
     if (e->kind != WIRE_LOG_TICK) return;
     if (!s->ticks++) s->first_ns = e->tick.monotonic_ns;
@@ -97,8 +98,8 @@ static int look_through(const config *c, contents *s)
     }
     if (!s->ticks) return fail(c, "no tick is in it: record while bodies move");
     leave_none_out(s);
-    if (!s->interests)
-        return fail(c, "no interest is in it, so that nothing is asked: record while somebody listens, for example "
+    if (!s->subscriptions)
+        return fail(c, "no subscription is in it, so that nothing is asked: record while somebody listens, for example "
                        "'collidectl watch'");
     return EX_OK;
 }
@@ -109,20 +110,20 @@ static void hear(void *context, const wire_message *m)
 {
     run *r = context;
     int64_t began = clock_monotonic_ns();
-    if (m->kind == WIRE_EVENT_BATCH) episodes_take(&r->told, r->service->world, &m->event_batch, wire_lcm_size(m));
+    if (m->kind == WIRE_EVENT_BATCH) episodes_take(&r->reported, r->service->world, &m->event_batch, wire_lcm_size(m));
     r->listening_ns += clock_monotonic_ns() - began;
 }
 
 static int open_run(run *r, size_t level, const config *c)
 {
     char why[512] = "";
-    episodes_init(&r->told);
+    episodes_init(&r->reported);
     r->server = server_create(c, why, sizeof why);
     if (!r->server) return fail_with(EX_UNAVAILABLE, c, why); /* as without a trade; the recording has been read */
     r->service = server_service(r->server);
     r->sink = server_sink(r->server);
-    r->sink.state = NULL; /* its interests ask for what they asked, and not for what is compared */
-    r->service->amend_interest = level_amend;
+    r->sink.state = NULL; /* its subscriptions ask for what they asked, and not for what is compared */
+    r->service->amend_subscription = level_amend;
     r->service->amend_context = &trade_levels[level];
     link_replay_listen(r->service->links[0], hear, r);
     return EX_OK;
@@ -161,10 +162,10 @@ static bool step(comparison *v, int64_t tick, char *why, size_t why_size)
     return true;
 }
 
-static void tell_progress(comparison *v, int64_t tick)
+static void report_progress(comparison *v, int64_t tick)
 {
-    if (clock_monotonic_ns() - v->told_ns < 100000000) return;
-    v->told_ns = clock_monotonic_ns();
+    if (clock_monotonic_ns() - v->reported_ns < 100000000) return;
+    v->reported_ns = clock_monotonic_ns();
     printf("progress\t%.3f\n", (double)(v->pass * v->in->ticks + tick + 1) / (double)(PASSES * v->in->ticks));
     fflush(stdout);
 }
@@ -173,7 +174,7 @@ static void close_runs(comparison *v)
 {
     for (size_t i = 0; i < TRADE_LEVELS; i++) {
         server_destroy(v->runs[i].server);
-        episodes_free(&v->runs[i].told);
+        episodes_free(&v->runs[i].reported);
         v->runs[i] = (run){.server = NULL};
     }
 }
@@ -186,7 +187,7 @@ static int run_pass(comparison *v)
     for (size_t i = 0; i < TRADE_LEVELS && !status; i++) status = open_run(&v->runs[i], i, v->config);
     for (int64_t tick = 0; !status && tick < v->in->ticks && step(v, tick, why, sizeof why); tick++) {
         if (v->pass == 0) meter_tick(v->meter, v->runs[TRADE_EXACT].service->world);
-        tell_progress(v, tick);
+        report_progress(v, tick);
     }
     return *why ? fail(v->config, why) : status;
 }
@@ -200,8 +201,8 @@ static void print_result(comparison *v)
     for (size_t i = 0; i < TRADE_LEVELS; i++) {
         for (int64_t tick = 0; tick < v->in->ticks; tick++)
             if (!v->in->builds.at[tick]) spread_add(&ticks[i], v->ticks_ns[i][tick]);
-        episodes_sort(&v->runs[i].told);
-        result.told[i] = &v->runs[i].told;
+        episodes_sort(&v->runs[i].reported);
+        result.reported[i] = &v->runs[i].reported;
         result.ticks[i] = &ticks[i];
     }
     printf("answers\t%" PRIu64 "\t%" PRIu64 "\n", v->meter->answers, v->meter->measured);
@@ -254,7 +255,7 @@ int trade_run(const config *c)
         return status;
     }
     printf("trade\t2\nsession\t%" PRId64 "\t%.3f\t%" PRId64 "\t%" PRId64 "\n", in.ticks,
-        1e-9 * (double)(in.last_ns - in.first_ns), in.interests, in.left_out);
+        1e-9 * (double)(in.last_ns - in.first_ns), in.subscriptions, in.left_out);
     each.record[0] = '\0';               /* six daemons would write it */
     if (!each.workers) each.workers = 1; /* the worlds run one at a time, and are compared */
     comparison *v = comparison_create(&each, &in);

@@ -1,5 +1,5 @@
 /* answers: what the narrow phase was asked in the last tick, told and asked again, for measurements. Tick thread. */
-#include "ladder.h"
+#include "cascade.h"
 #include "state.h"
 
 size_t world_answers(const world *w)
@@ -15,8 +15,8 @@ static const pair *active_pair_of(const world *w, size_t i)
 void world_get_answer(const world *w, size_t i, world_answer *out)
 {
     const pair *p = active_pair_of(w, i);
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, p);
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    demand d = cascade_demand(w, p);
     *out = (world_answer){.type_a = a->shape.type,
         .type_b = b->shape.type,
         .size = pair_size(a, b),
@@ -28,18 +28,18 @@ void world_get_answer(const world *w, size_t i, world_answer *out)
 void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double relative, double *lo, double *hi)
 {
     const pair *p = active_pair_of(w, i);
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, p);
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    demand d = cascade_demand(w, p);
     narrow_result r;
     if (accuracy == WORLD_BY_BOXES) {
         pair fresh = {.a = p->a, .b = p->b};
-        pose b_in_a = solid_relative(w, a, b);
+        pose b_in_a = collider_relative(w, a, b);
         bounds_find(w, &fresh, &b_in_a, d.limit, false, w->scratch[0], &r);
     } else {
         d.verdict_only = accuracy == WORLD_BY_VERDICT;
         d.request.tolerance = relative * pair_size(a, b);
         narrow_cache cold = {.lower = 0};
-        ladder_ask(w, p, &d, &cold, w->scratch[0], &r);
+        cascade_ask(w, p, &d, &cold, w->scratch[0], &r);
     }
     *lo = r.lo;
     *hi = r.hi;
@@ -48,8 +48,8 @@ void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double r
 void world_ask_exactly(const world *w, size_t i, double *lo, double *hi)
 {
     const pair *p = active_pair_of(w, i);
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    pose b_in_a = solid_relative(w, a, b);
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    pose b_in_a = collider_relative(w, a, b);
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 0, .range = INFINITY};
     narrow_cache cold = {.lower = 0};
     narrow_result r;
@@ -62,5 +62,5 @@ shape_type world_shape_type(const world *w, const char *body_name, int32_t index
 {
     uint32_t id = world_find_body(w, body_name);
     if (id == WORLD_NONE || index < 0 || (size_t)index >= w->bodies.at[id].shape_count) return SHAPE_TYPE_COUNT;
-    return w->solids.at[w->bodies.at[id].shapes[index]].shape.type;
+    return w->colliders.at[w->bodies.at[id].shapes[index]].shape.type;
 }

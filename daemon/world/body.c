@@ -231,16 +231,16 @@ void body_reap(world *w)
         free_body(w, w->reap.at[i]);
         id_pool_give(&w->body_ids, w->reap.at[i]);
     }
-    for (size_t i = 0; i < w->reap_solids.count; i++) {
-        solid *s = &w->solids.at[w->reap_solids.at[i]];
-        if ((s->kept = broad_is_leaving(w->broad, w->reap_solids.at[i]))) continue;
-        solid_free(&w->solids.at[w->reap_solids.at[i]]);
-        id_pool_give(&w->solid_ids, w->reap_solids.at[i]);
+    for (size_t i = 0; i < w->reap_colliders.count; i++) {
+        collider *s = &w->colliders.at[w->reap_colliders.at[i]];
+        if ((s->kept = broad_is_leaving(w->broad, w->reap_colliders.at[i]))) continue;
+        collider_free(&w->colliders.at[w->reap_colliders.at[i]]);
+        id_pool_give(&w->collider_ids, w->reap_colliders.at[i]);
     }
-    w->reap.count = w->reap_solids.count = 0;
+    w->reap.count = w->reap_colliders.count = 0;
     for (size_t i = 0; i < w->ghosts.count; i++) array_push(&w->reap, w->ghosts.at[i]);
-    for (size_t i = 0; i < w->ghost_solids.count; i++) array_push(&w->reap_solids, w->ghost_solids.at[i]);
-    w->ghosts.count = w->ghost_solids.count = 0;
+    for (size_t i = 0; i < w->ghost_colliders.count; i++) array_push(&w->reap_colliders, w->ghost_colliders.at[i]);
+    w->ghosts.count = w->ghost_colliders.count = 0;
 }
 
 /* ---- what is asked of it ---- */
@@ -281,7 +281,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .rules = b->rules,
         .rule_count = b->rule_count};
     for (size_t i = 0; shapes && i < b->shape_count; i++) {
-        const solid *s = &w->solids.at[b->shapes[i]];
+        const collider *s = &w->colliders.at[b->shapes[i]];
         shapes[i] = (world_shape){s->shape, s->local};
     }
     return WORLD_OK;

@@ -1,6 +1,6 @@
-/* body_shapes: the shapes of a body, which are solids: they are made when a definition brings others, and stay as
+/* body_shapes: the shapes of a body, which are colliders: they are made when a definition brings others, and stay as
  * ghosts as a removed body does. Tick thread. */
-#include "ladder.h"
+#include "cascade.h"
 #include "state.h"
 
 #include "geom/bounds.h"
@@ -14,7 +14,7 @@ static bool is_identity(pose p)
     return at.x == 0 && at.y == 0 && at.z == 0 && p.q.w == 1 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0;
 }
 
-static bool same_shape(const solid *s, const world_shape *def)
+static bool same_shape(const collider *s, const world_shape *def)
 {
     const shape *a = &s->shape, *b = &def->shape;
     bool same = a->type == b->type && a->radius == b->radius && a->deviation == b->deviation &&
@@ -26,7 +26,7 @@ bool body_same_shapes(const world *w, const body *b, const world_body *def)
 {
     if (b->shape_count != def->shape_count) return false;
     for (size_t i = 0; i < b->shape_count; i++)
-        if (!same_shape(&w->solids.at[b->shapes[i]], &def->shapes[i])) return false;
+        if (!same_shape(&w->colliders.at[b->shapes[i]], &def->shapes[i])) return false;
     return true;
 }
 
@@ -40,18 +40,18 @@ size_t world_body_shapes(const world *w, uint32_t id)
 {
     size_t sum = 0;
     for (size_t i = 0; body_is(w, id) && i < w->bodies.at[id].shape_count; i++)
-        sum += shapes_in(&w->solids.at[w->bodies.at[id].shapes[i]].shape);
+        sum += shapes_in(&w->colliders.at[w->bodies.at[id].shapes[i]].shape);
     return sum;
 }
 
 void body_drop_shapes(world *w, body *b)
 {
     for (size_t i = 0; i < b->shape_count; i++) {
-        solid *s = &w->solids.at[b->shapes[i]];
+        collider *s = &w->colliders.at[b->shapes[i]];
         s->ghost = true;
         w->dear -= slices_is_dear(s);
         w->figures.shapes -= shapes_in(&s->shape);
-        array_push(&w->ghost_solids, b->shapes[i]);
+        array_push(&w->ghost_colliders, b->shapes[i]);
         broad_remove(w->broad, b->shapes[i]);
     }
     free(b->shapes);
@@ -66,12 +66,12 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
     b->shapes = base_alloc(def->shape_count ? def->shape_count : 1, sizeof *b->shapes);
     b->shape_count = def->shape_count;
     for (size_t i = 0; i < def->shape_count; i++) {
-        uint32_t s = id_pool_take(&w->solid_ids);
-        array_reserve_in_place(&w->solids, (size_t)s + 1);
-        if (s >= w->solids.count) w->solids.count = s + 1;
+        uint32_t s = id_pool_take(&w->collider_ids);
+        array_reserve_in_place(&w->colliders, (size_t)s + 1);
+        if (s >= w->colliders.count) w->colliders.count = s + 1;
         const shape *given = &def->shapes[i].shape;
         compound *own = given->type == SHAPE_COMPOUND ? compound_copy(given->compound) : NULL;
-        w->solids.at[s] = (solid){.shape = *given,
+        w->colliders.at[s] = (collider){.shape = *given,
             .own = own,
             .local = def->shapes[i].local,
             .reach = shape_reach(given),
@@ -79,18 +79,18 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
             .index = (int32_t)i,
             .at_origin = is_identity(def->shapes[i].local),
             .used = true};
-        w->solids.at[s].world = solid_at(b->pose, &w->solids.at[s]);
-        w->solids.at[s].shape.compound = own;
-        work_price(&w->solids.at[s]);
-        w->dear += slices_is_dear(&w->solids.at[s]);
-        w->figures.shapes += shapes_in(&w->solids.at[s].shape);
+        w->colliders.at[s].world = collider_at(b->pose, &w->colliders.at[s]);
+        w->colliders.at[s].shape.compound = own;
+        work_price(&w->colliders.at[s]);
+        w->dear += slices_is_dear(&w->colliders.at[s]);
+        w->figures.shapes += shapes_in(&w->colliders.at[s].shape);
         b->shapes[i] = s;
     }
     effort_measure(w, b);
 }
 
-void solid_free(solid *s)
+void collider_free(collider *s)
 {
     compound_destroy(s->own);
-    *s = (solid){.used = false};
+    *s = (collider){.used = false};
 }

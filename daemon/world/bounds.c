@@ -1,7 +1,7 @@
 /* bounds: what can be said of a pair without a search: an interval by its boxes, one axis or two, and a support point a
  * shape. What is told of it is wider by a slack, and then stands until one has moved by that relative to the other: so
  * long the pair costs a motion bound a tick, and nobody needs to be told anew. Pure but for the pair's own record. */
-#include "ladder.h"
+#include "cascade.h"
 #include "state.h"
 
 /* Of the pair's size: how far one may move before what was told by bounds is looked at again. */
@@ -14,7 +14,7 @@ static const double NEARLY = 0.875;
 /* Of a shape that is no smaller than its size: rounding of a pose, and of a few sums. */
 static const double ROUNDING = 0x1p-46;
 
-double pair_size(const solid *a, const solid *b)
+double pair_size(const collider *a, const collider *b)
 {
     return (isfinite(a->reach) ? a->reach : 0) + (isfinite(b->reach) ? b->reach : 0);
 }
@@ -25,7 +25,7 @@ void bounds_travel(const world *w, body *b)
     if (!w->grant && !w->bounds_asked) return;
     b->reach = 0;
     for (size_t i = 0; i < b->shape_count; i++) {
-        const solid *s = &w->solids.at[b->shapes[i]];
+        const collider *s = &w->colliders.at[b->shapes[i]];
         b->reach = fmax(b->reach, s->reach + vec_norm(s->local.p));
     }
     b->travelled = nextafter(b->travelled + narrow_motion_bound(&b->travelled_to, &b->pose, b->reach), INFINITY);
@@ -48,18 +48,18 @@ bool bounds_stand(const world *w, const pair *p)
 {
     const standing *s = &p->standing;
     if (s->epoch != w->epoch) return false;
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     if (p->jumped || p->ruled) return false;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
         if (w->watches.at[id].unknown) return false;
     if (travelled_since(travelled(x, y), s->travelled) <= s->slack) return true;
-    pose b_in_a = solid_relative(w, a, b);
+    pose b_in_a = collider_relative(w, a, b);
     return narrow_motion_bound(&s->b_in_a, &b_in_a, b->reach) <= s->slack;
 }
 
 /* The world axis along which the boxes are farthest from each other, from A to B; NAN where they have no end. */
-static double apart_by_boxes(const solid *a, const solid *b, vec3 *axis)
+static double apart_by_boxes(const collider *a, const collider *b, vec3 *axis)
 {
     const double up[3] = {b->box.lo.x - a->box.hi.x, b->box.lo.y - a->box.hi.y, b->box.lo.z - a->box.hi.z};
     const double down[3] = {a->box.lo.x - b->box.hi.x, a->box.lo.y - b->box.hi.y, a->box.lo.z - b->box.hi.z};
@@ -79,7 +79,7 @@ static double apart_by_boxes(const solid *a, const solid *b, vec3 *axis)
     return most;
 }
 
-static void try_axis(const solid *a, const solid *b, const pose *b_in_a, vec3 axis, narrow_result *best)
+static void try_axis(const collider *a, const collider *b, const pose *b_in_a, vec3 axis, narrow_result *best)
 {
     narrow_result r;
     if (vec_equal(axis, VEC_ZERO)) return;
@@ -93,7 +93,7 @@ static void try_axis(const solid *a, const solid *b, const pose *b_in_a, vec3 ax
 }
 
 /* The nearest points of the last refinement are on the surfaces still. */
-static void try_points(const solid *a, const solid *b, const pair *p, const pose *b_in_a, narrow_result *best)
+static void try_points(const collider *a, const collider *b, const pair *p, const pose *b_in_a, narrow_result *best)
 {
     vec3 point_b = pose_point(*b_in_a, p->near_b);
     double scale = pair_size(a, b) + vec_norm(b_in_a->p), deviation = a->shape.deviation + b->shape.deviation;
@@ -107,7 +107,7 @@ static void try_points(const solid *a, const solid *b, const pair *p, const pose
 static void find_bounds(
     const world *w, const pair *p, const pose *b_in_a, bool remembers, void *scratch, narrow_result *r)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     if (a->shape.type == SHAPE_HALFSPACE || b->shape.type == SHAPE_HALFSPACE) {
         narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = SLACK * pair_size(a, b), .range = INFINITY};
         narrow_query(&a->shape, &b->shape, b_in_a, &request, NULL, scratch, r);
@@ -126,7 +126,7 @@ static void find_bounds(
 
 static void stand(const world *w, pair *p, const pose *b_in_a, double slack, narrow_result *r)
 {
-    const body *x = &w->bodies.at[w->solids.at[p->a].body], *y = &w->bodies.at[w->solids.at[p->b].body];
+    const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
     r->lo -= slack;
     r->hi += slack;
     p->standing =
@@ -135,7 +135,7 @@ static void stand(const world *w, pair *p, const pose *b_in_a, double slack, nar
 
 static double pair_error(const world *w, const pair *p)
 {
-    return solid_relative_error(w, &w->solids.at[p->a], &w->solids.at[p->b]);
+    return collider_relative_error(w, &w->colliders.at[p->a], &w->colliders.at[p->b]);
 }
 
 /* One that is beyond the limit stays there as long as the bounds stand. */
@@ -146,7 +146,7 @@ void bounds_find(
     double moved = 2 * pair_error(w, p); /* now, and in the tick when they are found to stand still */
     r->lo -= moved;
     r->hi += moved;
-    double slack = (remembers ? SLACK_OF_BUDGET : SLACK) * pair_size(&w->solids.at[p->a], &w->solids.at[p->b]);
+    double slack = (remembers ? SLACK_OF_BUDGET : SLACK) * pair_size(&w->colliders.at[p->a], &w->colliders.at[p->b]);
     if (remembers) slack = fmax(slack, SLACK_OF_GAP * r->lo);
     if (r->lo > limit) slack = fmin(slack, NEARLY * (r->lo - limit));
     if (r->lo > limit && !(r->lo - slack > limit)) slack = 0;
@@ -156,7 +156,7 @@ void bounds_find(
 /* Balls about their origins, or their boxes. No points: how near they are is not known. */
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     double away = vec_norm(b_in_a->p), size = a->reach + b->reach;
     vec3 axis = vec_unit(b_in_a->p), by_boxes;
     double balls = away - size - ROUNDING * (away + size) - 2 * pair_error(w, p);

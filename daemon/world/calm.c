@@ -1,6 +1,7 @@
 /* calm: bodies whose poses change nothing. A body that is in no pair, and of which nobody asks more than who meets it,
  * has a room: as long as its position is in there, the boxes of its shapes are inside the fat ones, and a tick has
- * nothing to do but to see that it is so. Its shapes stay behind: whoever asks for their poses gets them by solid_pose.
+ * nothing to do but to see that it is so. Its shapes stay behind: whoever asks for their poses gets them by
+ * collider_pose.
  *
  * The room is what the fat boxes leave around the tight ones, each taken where it was looked at last. Where the body
  * has turned since, by the quaternions q and q0, no point at a distance r of its origin has moved by more than
@@ -43,7 +44,7 @@ static bool may_be_calm(const body *b)
  * radius about it turns with nothing. */
 static void find_fit(const world *w, body *b, const broad_room *room, double reach)
 {
-    const solid *s = &w->solids.at[b->shapes[0]];
+    const collider *s = &w->colliders.at[b->shapes[0]];
     shape core = s->shape;
     core.radius = 0;
     aabb own = shape_bounds(&core, s->local);
@@ -93,15 +94,15 @@ void calm_find(const world *w, body *b)
     b->fit_slack = INFINITY;
     if (!may_be_calm(b)) return;
     for (size_t i = 0; i < b->shape_count; i++) {
-        const solid *s = &w->solids.at[b->shapes[i]];
+        const collider *s = &w->colliders.at[b->shapes[i]];
         double arm = vec_norm(s->local.p), core = s->reach - s->shape.radius + ROUNDING * s->reach;
         reach = more_of(reach, s->reach + arm);
         turning = more_of(turning, core + arm);
     }
     for (size_t i = 0; i < b->shape_count; i++) {
         broad_room room;
-        aabb box = aabb_grow(w->solids.at[b->shapes[i]].box, b->widen);
-        double margin = body_margin(w, &w->solids.at[b->shapes[i]]);
+        aabb box = aabb_grow(w->colliders.at[b->shapes[i]].box, b->widen);
+        double margin = body_margin(w, &w->colliders.at[b->shapes[i]]);
         if (!broad_room_of(w->broad, b->shapes[i], box, margin, &room) || !room.slim) return;
         narrow_room(b, &room, reach, &all);
         if (b->shape_count == 1) find_fit(w, b, &room, reach);

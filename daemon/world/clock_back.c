@@ -35,7 +35,7 @@ void world_clock_back(world *w, int64_t by_ns)
     for (size_t i = 0; i < w->bodies.count; i++)
         if (w->bodies.at[i].used) shift_body(&w->bodies.at[i], w->now_ns, by_ns);
     for (size_t i = 0; i < w->expiries.count; i++) w->expiries.at[i].time_ns -= by_ns; /* all: it stays a heap */
-    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].next_update_ns -= by_ns;
+    for (size_t i = 0; i < w->subscriptions.count; i++) w->subscriptions.at[i].next_update_ns -= by_ns;
     w->last_tick_ns -= by_ns;
     w->now_ns -= by_ns;
 }

@@ -38,7 +38,7 @@ static bool is_wide(uint32_t effort)
 void effort_measure(world *w, body *b)
 {
     uint64_t units = A_BODY;
-    for (size_t i = 0; i < b->shape_count; i++) units += of_shape(&w->solids.at[b->shapes[i]].shape);
+    for (size_t i = 0; i < b->shape_count; i++) units += of_shape(&w->colliders.at[b->shapes[i]].shape);
     if (units > UINT32_MAX) units = UINT32_MAX;
     if (b->dirty) w->effort = w->effort - b->effort + units;
     w->wide = w->wide - is_wide(b->effort) + is_wide((uint32_t)units);

@@ -1,18 +1,18 @@
-/* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far. Impacts and what is
- * foretold are told by events_impact.c, the unknown by events_stale.c, what is due without news by events_due.c. Tick
+/* events: what the outcomes of a tick mean to each subscription: begin, update, end, near, far. Impacts and what is
+ * predicted are told by events_impact.c, the unknown by events_stale.c, what is due without news by events_due.c. Tick
  * thread.
  *
- * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
- * the commands, and from nothing that is in the broad phase: neither how fat its boxes are, nor in which order it has
- * found pairs, nor the ids that these were given. A contact id has exactly one begin and one end: it is taken in
- * `begin_or_end_touch` and given up there, or in `watch_end` when the pair or the interest goes. */
+ * Pairs are walked in the order of their colliders' ids and subscriptions by theirs, so ids and order of events follow
+ * from the commands, and from nothing that is in the broad phase: neither how fat its boxes are, nor in which order it
+ * has found pairs, nor the ids that these were given. A contact id has exactly one begin and one end: it is taken in
+ * `begin_or_end_touch` and given up there, or in `watch_end` when the pair or the subscription goes. */
 #include "events.h"
 
-#include "interest.h"
+#include "subscription.h"
 
 #include <string.h>
 
-bool events_may_update(const world *w, const interest *i)
+bool events_may_update(const world *w, const subscription *i)
 {
     return !i->period_ns || w->now_ns >= i->next_update_ns;
 }
@@ -21,11 +21,11 @@ bool events_may_update(const world *w, const interest *i)
 static void update(world *w, uint32_t id, uint8_t kind, int64_t contact, bool news)
 {
     watch *v = &w->watches.at[id];
-    interest *i = &w->interests.at[v->interest];
+    subscription *i = &w->subscriptions.at[v->subscription];
     if (!news && !v->dirty && !i->all) return;
     if (events_may_update(w, i)) {
         v->dirty = false;
-        events_emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
+        events_emit(w, v->subscription, &v->last, kind, CAUSE_MOTION, contact);
     } else if (!v->dirty) {
         v->dirty = true;
         watch_hold_back(w, id);
@@ -37,9 +37,9 @@ static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
     if (touches && !v->touch_id) {
         v->touch_id = ++w->serial;
         w->figures.contacts++;
-        events_emit(w, v->interest, &v->last, EVENT_BEGIN, cause, v->touch_id);
+        events_emit(w, v->subscription, &v->last, EVENT_BEGIN, cause, v->touch_id);
     } else if (!touches && v->touch_id) {
-        events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
+        events_emit(w, v->subscription, &v->last, EVENT_END, cause, v->touch_id);
         v->touch_id = 0;
         w->figures.contacts--;
     }
@@ -54,11 +54,11 @@ static void transit(world *w, uint32_t id, bool touches, bool near, bool news, u
     if (v->unknown) {
         v->unknown = false;
         news = true;
-        events_emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+        events_emit(w, v->subscription, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
     }
     if (near && !was_near) {
         v->near_id = ++w->serial;
-        events_emit(w, v->interest, &v->last, EVENT_NEAR, cause, v->near_id);
+        events_emit(w, v->subscription, &v->last, EVENT_NEAR, cause, v->near_id);
     }
     begin_or_end_touch(w, v, touches, cause);
     if (touched && touches)
@@ -66,7 +66,7 @@ static void transit(world *w, uint32_t id, bool touches, bool near, bool news, u
     else if (near && was_near && !touches)
         update(w, id, EVENT_NEAR, v->near_id, news || touched);
     if (!near && was_near) {
-        events_emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
+        events_emit(w, v->subscription, &v->last, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
     if (!watch_id(v)) watch_drop(w, id);
@@ -89,22 +89,22 @@ uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)
     return r->lo > limit || r->hi <= limit ? WORLD_CERTAIN : WORLD_WITHIN;
 }
 
-static void tell(world *w, uint32_t pair_id, const outcome *o, uint32_t interest_id, const terms *t)
+static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscription_id, const terms *t)
 {
     const narrow_result *r = &w->results.at[o->result];
     const pair *p = &w->pairs.at[pair_id];
-    const interest *i = &w->interests.at[interest_id];
+    const subscription *i = &w->subscriptions.at[subscription_id];
     double threshold = i->threshold + t->distances.padding, range = i->range + t->distances.margin;
-    uint32_t id = watch_find(w, p, interest_id);
+    uint32_t id = watch_find(w, p, subscription_id);
     if (id != WORLD_NONE && w->watches.at[id].touch_id) threshold += i->hysteresis;
     if (id != WORLD_NONE && w->watches.at[id].near_id) range += i->hysteresis;
     bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= threshold;
     bool near = i->facts & WORLD_DISTANCE && r->lo <= range;
     if (id == WORLD_NONE && !touches && !near) return;
-    if (id == WORLD_NONE) id = watch_add(w, pair_id, interest_id);
+    if (id == WORLD_NONE) id = watch_add(w, pair_id, subscription_id);
     watch *v = &w->watches.at[id];
     world_event now;
-    events_fill(w, p, r, interest_id, t->distances.looks, &now);
+    events_fill(w, p, r, subscription_id, t->distances.looks, &now);
     now.achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
     if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
     bool news = v->recovered || !(v->touch_id || v->near_id) || !news_same_facts(&v->last, &now);
@@ -120,7 +120,7 @@ void events_of_active(world *w)
         uint32_t id = w->active_pairs.at[k];
         const pair *p = &w->pairs.at[id];
         terms t = terms_of(p);
-        match_list wanted = interest_list(w, p);
-        for (uint32_t i = 0; i < wanted.count; i++) tell(w, id, &w->outcomes.at[k], wanted.at[i], &t);
+        match_list wanted = subscription_list(w, p);
+        for (uint32_t i = 0; i < wanted.count; i++) report(w, id, &w->outcomes.at[k], wanted.at[i], &t);
     }
 }

@@ -4,41 +4,42 @@
 
 #include "state.h"
 
-/* Into the interest's list of this tick, and into the hash unless it is a snapshot's. */
-void events_emit(world *w, uint32_t interest, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact);
+/* Into the subscription's list of this tick, and into the hash unless it is a snapshot's. */
+void events_emit(world *w, uint32_t subscription, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact);
 
 /* A body as a whole is unknown, or known again. */
-void events_emit_body(world *w, uint32_t body, uint32_t interest, uint8_t kind, uint8_t cause);
+void events_emit_body(world *w, uint32_t body, uint32_t subscription, uint8_t kind, uint8_t cause);
 
 /* The same as told to nobody yet. */
 world_event events_of_body(const world *w, uint32_t body);
 /* What it says is as old as the poses are now. */
 void events_refresh_ages(const world *w, const watch *v, world_event *e);
 
-/* What the narrow phase found out about a pair, as the interest is told it: in its order of A and B. */
-void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e);
+/* What the narrow phase found out about a pair, as the subscription is told it: in its order of A and B. */
+void events_fill(
+    const world *w, const pair *p, const narrow_result *r, uint32_t subscription, int looks, world_event *e);
 
 /* What the interval is, beside what was asked; `limit`: the threshold or the range that it is told for. */
 uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit);
 
-/* Is this pair A and B to the interest the other way round? Where it may be both, A is the one that looks. */
-bool events_is_turned(const world *w, const body *a, const body *b, uint32_t interest, int looks);
+/* Is this pair A and B to the subscription the other way round? Where it may be both, A is the one that looks. */
+bool events_is_turned(const world *w, const body *a, const body *b, uint32_t subscription, int looks);
 void events_turn_round(world_event *e);
 
-/* Does the interest's rate allow an update in this tick? */
-bool events_may_update(const world *w, const interest *i);
+/* Does the subscription's rate allow an update in this tick? */
+bool events_may_update(const world *w, const subscription *i);
 
-/* Watches: what one interest was told of one pair. */
+/* Watches: what one subscription was told of one pair. */
 int64_t watch_id(const watch *v); /* of what was told first; 0: nothing stands */
 const world_event *watch_last(const watch *v);
 /* WORLD_NONE: there is none. An old one ends here. */
-uint32_t watch_find(world *w, const pair *p, uint32_t interest);
-uint32_t watch_add(world *w, uint32_t pair, uint32_t interest);
+uint32_t watch_find(world *w, const pair *p, uint32_t subscription);
+uint32_t watch_add(world *w, uint32_t pair, uint32_t subscription);
 void watch_drop(world *w, uint32_t id);
 /* With the ends of what stands. */
 void watch_end(world *w, uint32_t id, uint8_t cause);
 void watch_hold_back(world *w, uint32_t id); /* it has an update that the rate does not allow yet */
 /* Has it one still? Its id may be another's by now. */
-bool watch_is_held_back(const world *w, uint32_t id, uint32_t interest);
+bool watch_is_held_back(const world *w, uint32_t id, uint32_t subscription);
 
 #endif

@@ -1,7 +1,7 @@
 /* events_due: what is told without being news of this tick: updates that a rate held back; and the batches of a
  * tick. Tick thread. */
 #include "events.h"
-#include "interest.h"
+#include "subscription.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,41 +9,41 @@
 void events_refresh_ages(const world *w, const watch *v, world_event *e)
 {
     const pair *p = &w->pairs.at[v->pair];
-    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
     bool turned = strcmp(e->name_a, a->name) != 0;
     e->age_a_ns = body_age_ns(w, turned ? b : a);
     e->age_b_ns = body_age_ns(w, turned ? a : b);
 }
 
-static void release_held(world *w, uint32_t interest_id)
+static void release_held(world *w, uint32_t subscription_id)
 {
-    interest *i = &w->interests.at[interest_id];
+    subscription *i = &w->subscriptions.at[subscription_id];
     for (size_t k = 0; k < i->held.count; k++) {
         watch *v = &w->watches.at[i->held.at[k]];
-        if (!watch_is_held_back(w, i->held.at[k], interest_id)) continue;
-        bool dirty = v->dirty, foretold = v->foretold_dirty;
-        v->dirty = v->foretold_dirty = false;
+        if (!watch_is_held_back(w, i->held.at[k], subscription_id)) continue;
+        bool dirty = v->dirty, predicted = v->predicted_dirty;
+        v->dirty = v->predicted_dirty = false;
         if (v->unknown) continue;
-        if (foretold) {
-            events_refresh_ages(w, v, &v->foretold);
-            events_emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
+        if (predicted) {
+            events_refresh_ages(w, v, &v->predicted);
+            events_emit(w, subscription_id, &v->predicted, EVENT_PREDICTED, CAUSE_MOTION, v->predicted_id);
         }
         if (!dirty || !(v->touch_id || v->near_id)) continue; /* what was held back has ended */
         events_refresh_ages(w, v, &v->last);
         if (v->touch_id)
-            events_emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
+            events_emit(w, subscription_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
         else
-            events_emit(w, interest_id, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+            events_emit(w, subscription_id, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
     }
     i->held.count = 0;
 }
 
 void events_held_back(world *w)
 {
-    interest_sort_lively(w);
+    subscription_sort_lively(w);
     for (size_t k = 0; k < w->lively.count; k++) {
         uint32_t id = (uint32_t)w->lively.at[k];
-        interest *i = &w->interests.at[id];
+        subscription *i = &w->subscriptions.at[id];
         if (!i->used || !i->period_ns || !events_may_update(w, i)) continue;
         release_held(w, id);
         if (i->events.count) i->next_update_ns = w->now_ns + i->period_ns;
@@ -60,24 +60,28 @@ void events_collect(world *w, world_batches *out)
 {
     size_t common = undone_in_common(w);
     w->batches.count = 0;
-    for (uint32_t id = 0; common != w->told_in_common && id < w->interests.count; id++) interest_wake(w, id);
-    w->told_in_common = common;
-    interest_sort_lively(w);
+    for (uint32_t id = 0; common != w->reported_in_common && id < w->subscriptions.count; id++)
+        subscription_wake(w, id);
+    w->reported_in_common = common;
+    subscription_sort_lively(w);
     for (size_t k = 0; k < w->lively.count; k++) {
         uint32_t id = (uint32_t)w->lively.at[k];
-        interest *i = &w->interests.at[id];
-        i->undone += common + interest_unseen(w, i) + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
+        subscription *i = &w->subscriptions.at[id];
+        i->undone += common + subscription_unseen(w, i) + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
         i->undone += i->olds && !i->closing;
-        bool more_or_less = i->undone != i->told, closes = i->closing && !i->olds; /* left undone than was told last */
+        bool more_or_less = i->undone != i->reported,
+             closes = i->closing && !i->olds; /* left undone than was told last */
         size_t news = i->events.count;
-        if (!i->used || !(news || i->snapshot || i->images_told || closes || more_or_less)) continue;
-        i->told = i->undone;
+        if (!i->used || !(news || i->snapshot || i->images_reported || closes || more_or_less)) continue;
+        i->reported = i->undone;
         if (news || closes || more_or_less)
-            array_push(&w->batches,
-                ((world_batch){
-                    .interest = id, .closing = closes, .undone = i->undone, .events = i->events.at, .count = news}));
-        if (i->images_told && !closes)
-            array_push(&w->batches, ((world_batch){.interest = id,
+            array_push(&w->batches, ((world_batch){.subscription = id,
+                                        .closing = closes,
+                                        .undone = i->undone,
+                                        .events = i->events.at,
+                                        .count = news}));
+        if (i->images_reported && !closes)
+            array_push(&w->batches, ((world_batch){.subscription = id,
                                         .snapshot = true,
                                         .goes_on = !i->images_begin,
                                         .more = i->snapping,

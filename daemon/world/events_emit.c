@@ -1,16 +1,16 @@
-/* events_emit: one event: made out of what the narrow phase found, put into an interest's list and into the hash. Tick
- * thread. */
+/* events_emit: one event: made out of what the narrow phase found, put into a subscription's list and into the hash.
+ * Tick thread. */
 #include "events.h"
-#include "interest.h"
+#include "subscription.h"
 
 #include "base/hash.h"
 #include "narrow/contact/manifold.h"
 
 #include <string.h>
 
-static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
+static uint64_t hash_event(uint64_t h, uint32_t subscription, const world_event *e)
 {
-    h = hash_bytes(h, &interest, sizeof interest);
+    h = hash_bytes(h, &subscription, sizeof subscription);
     h = hash_bytes(h, &e->kind, sizeof e->kind);
     h = hash_bytes(h, &e->cause, sizeof e->cause);
     h = hash_bytes(h, &e->achieved, sizeof e->achieved);
@@ -26,7 +26,7 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
         h = hash_bytes(h, point, sizeof point);
         h = hash_bytes(h, &p->feature, sizeof p->feature);
     }
-    if (e->kind == EVENT_IMPACT || e->kind == EVENT_FORETOLD) {
+    if (e->kind == EVENT_IMPACT || e->kind == EVENT_PREDICTED) {
         const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
         h = hash_bytes(h, times, sizeof times);
     }
@@ -35,9 +35,9 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
 
 void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
 {
-    interest *i = &w->interests.at[id];
+    subscription *i = &w->subscriptions.at[id];
     array_push(&i->events, *e);
-    interest_wake(w, id);
+    subscription_wake(w, id);
     world_event *mine = &i->events.at[i->events.count - 1];
     mine->kind = kind;
     mine->cause = cause;
@@ -51,7 +51,7 @@ void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint
     w->figures.events++;
 }
 
-static vec3 to_world(const solid *s, vec3 point_in_s)
+static vec3 to_world(const collider *s, vec3 point_in_s)
 {
     return pose_point(s->world, point_in_s);
 }
@@ -76,8 +76,8 @@ void events_turn_round(world_event *e)
 
 bool events_is_turned(const world *w, const body *a, const body *b, uint32_t id, int looks)
 {
-    if (interest_is_mutual(w, id)) return looks < 0;
-    interest_sides sides = interest_sides_of(w, id, a, b);
+    if (subscription_is_mutual(w, id)) return looks < 0;
+    subscription_sides sides = subscription_sides_of(w, id, a, b);
     return sides.straight && sides.turned ? looks < 0 : sides.turned;
 }
 
@@ -89,9 +89,10 @@ static vec3 velocity_at(const body *b, vec3 point)
     return vec_add(linear, vec_cross(angular, vec_sub(point, b->pose.p)));
 }
 
-void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
+void events_fill(
+    const world *w, const pair *p, const narrow_result *r, uint32_t subscription, int looks, world_event *e)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     *e = (world_event){.name_a = x->name,
         .name_b = y->name,
@@ -108,5 +109,5 @@ void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
     e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
-    if (events_is_turned(w, x, y, interest, looks)) events_turn_round(e);
+    if (events_is_turned(w, x, y, subscription, looks)) events_turn_round(e);
 }

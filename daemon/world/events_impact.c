@@ -1,11 +1,11 @@
-/* events_impact: what the searches of a tick mean to each interest: impact; foretold, averted. In the order of the
- * searches, which is that of active pairs and of interest ids. Tick thread. */
+/* events_impact: what the searches of a tick mean to each subscription: impact; predicted, averted. In the order of the
+ * searches, which is that of active pairs and of subscription ids. Tick thread. */
 #include "events.h"
 
 static void fill_sweep(const world *w, const sweep *s, world_event *e)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     const toi_result *r = &s->result;
     *e = (world_event){.name_a = x->name,
@@ -24,25 +24,25 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
                                             : WORLD_WIDE,
         .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
         .closing = r->closing};
-    if (events_is_turned(w, x, y, s->interest, pair_kept_terms(p).looks)) events_turn_round(e);
+    if (events_is_turned(w, x, y, s->subscription, pair_kept_terms(p).looks)) events_turn_round(e);
 }
 
-static void tell_impact(world *w, const sweep *s)
+static void report_impact(world *w, const sweep *s)
 {
     if (s->result.status == TOI_FREE || s->began) return;
     world_event e;
     fill_sweep(w, s, &e);
-    events_emit(w, s->interest, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);
+    events_emit(w, s->subscription, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);
     w->figures.impacts++;
 }
 
-static void tell_averted(world *w, uint32_t id)
+static void report_averted(world *w, uint32_t id)
 {
     watch *v = &w->watches.at[id];
-    if (!v->foretold_id) return;
-    events_emit(w, v->interest, &v->foretold, EVENT_AVERTED, CAUSE_MOTION, v->foretold_id);
-    v->foretold_id = 0;
-    v->foretold_dirty = false;
+    if (!v->predicted_id) return;
+    events_emit(w, v->subscription, &v->predicted, EVENT_AVERTED, CAUSE_MOTION, v->predicted_id);
+    v->predicted_id = 0;
+    v->predicted_dirty = false;
     if (!watch_id(v)) watch_drop(w, id);
 }
 
@@ -56,44 +56,44 @@ static void make_known(world *w, const sweep *s, uint32_t id)
     const pair *p = &w->pairs.at[v->pair];
     uint32_t result = w->outcomes.at[s->active].result;
     if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
-        const interest *i = &w->interests.at[v->interest];
-        events_fill(w, p, &w->results.at[result], v->interest, pair_kept_terms(p).looks, &v->last);
+        const subscription *i = &w->subscriptions.at[v->subscription];
+        events_fill(w, p, &w->results.at[result], v->subscription, pair_kept_terms(p).looks, &v->last);
         v->last.achieved = events_achieved(&w->results.at[result], &w->outcomes.at[s->active],
             (v->touch_id ? i->threshold : i->range) + i->hysteresis);
     } else if (s->result.status != TOI_FREE) {
-        fill_sweep(w, s, &v->foretold);
+        fill_sweep(w, s, &v->predicted);
     }
-    events_emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+    events_emit(w, v->subscription, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
 }
 
-static void tell_foretold(world *w, const sweep *s)
+static void report_predicted(world *w, const sweep *s)
 {
-    uint32_t pair_id = w->active_pairs.at[s->active], id = watch_find(w, &w->pairs.at[pair_id], s->interest);
+    uint32_t pair_id = w->active_pairs.at[s->active], id = watch_find(w, &w->pairs.at[pair_id], s->subscription);
     bool was_unknown = id != WORLD_NONE && w->watches.at[id].unknown;
     if (id != WORLD_NONE) make_known(w, s, id);
     if (s->result.status == TOI_FREE) {
-        if (id != WORLD_NONE) tell_averted(w, id);
+        if (id != WORLD_NONE) report_averted(w, id);
         return;
     }
-    if (id == WORLD_NONE) id = watch_add(w, pair_id, s->interest);
+    if (id == WORLD_NONE) id = watch_add(w, pair_id, s->subscription);
     watch *v = &w->watches.at[id];
-    interest *i = &w->interests.at[s->interest];
+    subscription *i = &w->subscriptions.at[s->subscription];
     world_event now;
     fill_sweep(w, s, &now);
-    bool is_new = !v->foretold_id;
-    bool news = is_new || was_unknown || !news_same_facts(&v->foretold, &now) ||
-                !news_same_impact(&v->foretold.impact, &now.impact);
-    v->foretold = now;
+    bool is_new = !v->predicted_id;
+    bool news = is_new || was_unknown || !news_same_facts(&v->predicted, &now) ||
+                !news_same_impact(&v->predicted.impact, &now.impact);
+    v->predicted = now;
     if (is_new) {
-        v->foretold_id = ++w->serial;
-        w->figures.foretold++;
+        v->predicted_id = ++w->serial;
+        w->figures.predicted++;
     }
-    if (!news && !v->foretold_dirty && !i->all) return;
+    if (!news && !v->predicted_dirty && !i->all) return;
     if (is_new || events_may_update(w, i)) {
-        v->foretold_dirty = false;
-        events_emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
-    } else if (!v->foretold_dirty) {
-        v->foretold_dirty = true;
+        v->predicted_dirty = false;
+        events_emit(w, s->subscription, &v->predicted, EVENT_PREDICTED, CAUSE_MOTION, v->predicted_id);
+    } else if (!v->predicted_dirty) {
+        v->predicted_dirty = true;
         watch_hold_back(w, id);
     }
 }
@@ -101,9 +101,9 @@ static void tell_foretold(world *w, const sweep *s)
 void events_of_sweeps(world *w)
 {
     for (size_t k = 0; k < w->sweeps.count; k++) {
-        if (w->sweeps.at[k].foretells)
-            tell_foretold(w, &w->sweeps.at[k]);
+        if (w->sweeps.at[k].predicts)
+            report_predicted(w, &w->sweeps.at[k]);
         else
-            tell_impact(w, &w->sweeps.at[k]);
+            report_impact(w, &w->sweeps.at[k]);
     }
 }

@@ -19,32 +19,33 @@ world_event events_of_body(const world *w, uint32_t body_id)
         .age_b_ns = -1};
 }
 
-void events_emit_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kind, uint8_t cause)
+void events_emit_body(world *w, uint32_t body_id, uint32_t subscription, uint8_t kind, uint8_t cause)
 {
     world_event e = events_of_body(w, body_id);
-    events_emit(w, interest, &e, kind, cause, 0);
+    events_emit(w, subscription, &e, kind, cause, 0);
 }
 
 /* Who changed in this tick has not heard of a body that is gone. */
-static void tell_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t cause)
+static void report_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t cause)
 {
     const body *b = &w->bodies.at[body_id];
     match_list all = match_of_class(&w->match, b->match);
     for (uint32_t k = 0; k < all.count; k++)
-        if (!b->ghost || w->interests.at[all.at[k]].changed_tick != w->figures.ticks)
+        if (!b->ghost || w->subscriptions.at[all.at[k]].changed_tick != w->figures.ticks)
             events_emit_body(w, body_id, all.at[k], kind, cause);
 }
 
-typedef struct watched { /* pairs of a solid that somebody was told of, by their keys: ids of pairs follow from boxes */
+typedef struct watched { /* pairs of a collider that somebody was told of, by their keys: ids of pairs follow from boxes
+                          */
     const world *w;
-    uint32_t solid;
+    uint32_t collider;
     ARRAY(uint64_t) keys;
 } watched;
 
 static void list_pair(void *context, uint32_t other)
 {
     watched *l = context;
-    uint32_t id = pair_find(l->w, l->solid, other);
+    uint32_t id = pair_find(l->w, l->collider, other);
     if (id != PAIR_MAP_NONE && l->w->pairs.at[id].first_watch != WORLD_NONE)
         array_push(&l->keys, pair_key(l->w->pairs.at[id].a, l->w->pairs.at[id].b));
 }
@@ -53,7 +54,7 @@ static void list_lingering(watched *l)
 {
     for (size_t i = 0; i < l->w->lingering.count; i++) {
         const pair *p = &l->w->pairs.at[l->w->lingering.at[i]];
-        if (p->a == l->solid || p->b == l->solid) array_push(&l->keys, pair_key(p->a, p->b));
+        if (p->a == l->collider || p->b == l->collider) array_push(&l->keys, pair_key(p->a, p->b));
     }
 }
 
@@ -63,24 +64,25 @@ static int compare_keys(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void tell_pair_unknown(world *w, uint64_t key)
+static void report_pair_unknown(world *w, uint64_t key)
 {
     uint32_t place = pair_map_get(&w->pair_of, key);
     const pair *p = place == PAIR_MAP_NONE ? NULL : &w->pairs.at[place]; /* NULL: it has ended meanwhile */
-    if (!p || !(w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale)) return;
+    if (!p || !(w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale))
+        return;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
         watch *v = &w->watches.at[id];
         if (v->unknown) continue;
         snapshot_before(w, id);
         v->unknown = true;
-        events_emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
+        events_emit(w, v->subscription, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
     }
 }
 
-static void list_pairs(world *w, uint32_t solid_id)
+static void list_pairs(world *w, uint32_t collider_id)
 {
-    watched list = {.w = w, .solid = solid_id};
-    broad_each_pair_of(w->broad, solid_id, list_pair, &list);
+    watched list = {.w = w, .collider = collider_id};
+    broad_each_pair_of(w->broad, collider_id, list_pair, &list);
     list_lingering(&list);
     if (list.keys.count) qsort(list.keys.at, list.keys.count, sizeof *list.keys.at, compare_keys);
     for (size_t i = 0; i < list.keys.count; i++) array_push(&w->unknown_due, list.keys.at[i]);
@@ -89,10 +91,10 @@ static void list_pairs(world *w, uint32_t solid_id)
 
 /* One body alone may have more pairs than a tick has time to tell of: the others follow in the next ones. That it is
  * unknown as a whole has been told. */
-static void tell_pairs_unknown(world *w, size_t *most)
+static void report_pairs_unknown(world *w, size_t *most)
 {
     size_t some = w->unknown_due.count < *most ? w->unknown_due.count : *most;
-    for (size_t i = 0; i < some; i++) tell_pair_unknown(w, w->unknown_due.at[i]);
+    for (size_t i = 0; i < some; i++) report_pair_unknown(w, w->unknown_due.at[i]);
     *most -= some;
     w->unknown_due.count -= some;
     if (some && w->unknown_due.count)
@@ -113,14 +115,14 @@ void events_teleported(world *w)
 void events_unknown(world *w)
 {
     enum { PART = 4 /* of a slice, at most */, SOME_AT_LEAST = 64 };
-    size_t most = w->slice == UINT64_MAX ? SIZE_MAX : (size_t)(w->slice / PART / TELL_UNKNOWN);
+    size_t most = w->slice == UINT64_MAX ? SIZE_MAX : (size_t)(w->slice / PART / REPORT_UNKNOWN);
     if (most < SOME_AT_LEAST) most = SOME_AT_LEAST;
-    tell_pairs_unknown(w, &most);
+    report_pairs_unknown(w, &most);
     for (size_t i = 0; i < w->stale_now.count; i++) {
         const body *b = &w->bodies.at[w->stale_now.at[i]];
-        tell_whole_body(w, w->stale_now.at[i], EVENT_UNKNOWN, CAUSE_STALE);
+        report_whole_body(w, w->stale_now.at[i], EVENT_UNKNOWN, CAUSE_STALE);
         for (size_t k = 0; k < b->shape_count; k++) list_pairs(w, b->shapes[k]);
-        tell_pairs_unknown(w, &most);
+        report_pairs_unknown(w, &most);
     }
     w->sliced |= w->unknown_due.count > 0;
 }
@@ -128,10 +130,10 @@ void events_unknown(world *w)
 /* A stale body that was removed is not unknown any more either: it is gone. */
 void events_known(world *w)
 {
-    for (size_t i = 0; i < w->fresh_now.count; i++) tell_whole_body(w, w->fresh_now.at[i], EVENT_KNOWN, CAUSE_MOTION);
+    for (size_t i = 0; i < w->fresh_now.count; i++) report_whole_body(w, w->fresh_now.at[i], EVENT_KNOWN, CAUSE_MOTION);
     for (size_t i = 0; i < w->reap.count; i++) {
         body *b = &w->bodies.at[w->reap.at[i]];
-        if (b->stale) tell_whole_body(w, w->reap.at[i], EVENT_KNOWN, b->ghost_cause);
+        if (b->stale) report_whole_body(w, w->reap.at[i], EVENT_KNOWN, b->ghost_cause);
         b->stale = false;
     }
 }

@@ -78,7 +78,7 @@ void expiry_set(world *w, uint32_t id)
 }
 
 /* Of many that become stale at once those that are left become so in the next tick, which is due. */
-static bool has_told_enough(world *w)
+static bool has_reported_enough(world *w)
 {
     enum { PART = 4 /* of a slice, at most */ };
     bool enough = w->slice != UINT64_MAX && w->stale_units > w->slice / PART;
@@ -88,7 +88,7 @@ static bool has_told_enough(world *w)
 
 static void make_stale(world *w, uint32_t id)
 {
-    w->stale_units += TELL_UNKNOWN * (uint64_t)(1 + w->bodies.at[id].pair_count);
+    w->stale_units += REPORT_UNKNOWN * (uint64_t)(1 + w->bodies.at[id].pair_count);
     w->bodies.at[id].stale = true;
     w->figures.stale_bodies++;
     array_push(&w->stale_now, id);
@@ -108,7 +108,7 @@ static void make_fresh_what_moved(world *w)
 static void make_stale_what_is_held(world *w)
 {
     size_t i = 0;
-    for (; i < w->held_now.count && !has_told_enough(w); i++) {
+    for (; i < w->held_now.count && !has_reported_enough(w); i++) {
         const body *b = &w->bodies.at[w->held_now.at[i]];
         if (b->used && !b->ghost && b->held && !b->stale) make_stale(w, w->held_now.at[i]);
     }
@@ -118,7 +118,7 @@ static void make_stale_what_is_held(world *w)
 
 static void make_stale_what_is_due(world *w)
 {
-    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns && !has_told_enough(w)) {
+    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns && !has_reported_enough(w)) {
         expiry e = take_entry(w);
         body *b = &w->bodies.at[e.body];
         if (is_void(w, &e)) continue;
@@ -134,7 +134,7 @@ static void make_stale_what_is_due(world *w)
 void expiry_find(world *w)
 {
     w->stale_now.count = w->fresh_now.count = 0;
-    w->stale_units = TELL_UNKNOWN * (uint64_t)w->unknown_due.count;
+    w->stale_units = REPORT_UNKNOWN * (uint64_t)w->unknown_due.count;
     make_fresh_what_moved(w);
     make_stale_what_is_held(w);
     make_stale_what_is_due(w);

@@ -9,8 +9,8 @@ typedef struct filter_rule {
     bool allow;          /* true: touching is allowed, the pair is not looked at */
     const char *reason;
     /* For the pairs that it checks; where rules of both bodies say something, the larger number counts. */
-    double padding; /* m, added to an interest's threshold; may be negative */
-    double margin;  /* m, >= 0, added to an interest's range */
+    double padding; /* m, added to a subscription's threshold; may be negative */
+    double margin;  /* m, >= 0, added to a subscription's range */
 } filter_rule;
 
 #endif

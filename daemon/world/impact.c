@@ -1,7 +1,7 @@
 /* impact: what pairs did on their way from one tick to the next, and what they will do: searches for a time of impact,
- * one a pair and interest that asks for it, in parallel. Each reads the world and writes its own result only. */
-#include "interest.h"
+ * one a pair and subscription that asks for it, in parallel. Each reads the world and writes its own result only. */
 #include "state.h"
+#include "subscription.h"
 
 #include <stdlib.h>
 
@@ -27,14 +27,14 @@ static bool may_do_something(const body *b)
     return body_has_course(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
 }
 
-static void add(world *w, uint32_t active, uint32_t id, bool foretells, uint64_t tick)
+static void add(world *w, uint32_t active, uint32_t id, bool predicts, uint64_t tick)
 {
-    sweep s = {.active = active, .interest = id, .foretells = foretells, .tick = tick};
+    sweep s = {.active = active, .subscription = id, .predicts = predicts, .tick = tick};
     const sweep *last = w->sweeps.count ? &w->sweeps.at[w->sweeps.count - 1] : NULL;
-    if (last && last->active == active && last->foretells == foretells && last->tick == tick) {
-        const interest *i = &w->interests.at[id], *j = &w->interests.at[last->interest];
+    if (last && last->active == active && last->predicts == predicts && last->tick == tick) {
+        const subscription *i = &w->subscriptions.at[id], *j = &w->subscriptions.at[last->subscription];
         s.again = i->threshold == j->threshold && i->tolerance == j->tolerance &&
-                  i->relative_tolerance == j->relative_tolerance && (!foretells || i->horizon == j->horizon);
+                  i->relative_tolerance == j->relative_tolerance && (!predicts || i->horizon == j->horizon);
     }
     array_push(&w->sweeps, s);
 }
@@ -42,9 +42,9 @@ static void add(world *w, uint32_t active, uint32_t id, bool foretells, uint64_t
 static void add_of_pair(world *w, uint32_t active, unsigned fact, uint64_t tick)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[active]];
-    match_list wanted = interest_list(w, p);
+    match_list wanted = subscription_list(w, p);
     for (uint32_t k = 0; k < wanted.count; k++)
-        if (w->interests.at[wanted.at[k]].facts & fact) add(w, active, wanted.at[k], fact == WORLD_FORETELL, tick);
+        if (w->subscriptions.at[wanted.at[k]].facts & fact) add(w, active, wanted.at[k], fact == WORLD_PREDICT, tick);
 }
 
 /* What both keep since it was decided last, tick by tick, and then how they came in this one. */
@@ -63,14 +63,14 @@ static void collect(world *w)
     if (!w->sweepers) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
         if ((a->stale && !has_ways(a)) || (b->stale && !has_ways(b)))
             continue; /* too late is not too late for what was */
         if (a->impacts && b->impacts && wants_way(a, b)) add_ways(w, (uint32_t)k, p, a, b);
         if (w->due) p->swept_tick = w->figures.ticks;
         if (a->stale || b->stale) continue;
-        if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_foretold(w, p)))
-            add_of_pair(w, (uint32_t)k, WORLD_FORETELL, w->figures.ticks);
+        if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_predicted(w, p)))
+            add_of_pair(w, (uint32_t)k, WORLD_PREDICT, w->figures.ticks);
     }
 }
 
@@ -82,7 +82,7 @@ static double seconds(int64_t ns)
 }
 
 /* m: how far any point of the other one may be from this one's origin while a half-space turns towards it. */
-static double arm_of_plane(const body *b, const body *other, const solid *s, double span)
+static double arm_of_plane(const body *b, const body *other, const collider *s, double span)
 {
     motion course = body_course(b), others = body_course(other);
     double line = vec_norm(course.linear) + vec_norm(others.linear), accelerations = b->acceleration;
@@ -92,7 +92,7 @@ static double arm_of_plane(const body *b, const body *other, const solid *s, dou
 }
 
 /* m/s^2: by how much the gap may close besides, for what this body may do; `s`, `other`: what it may meet. */
-static double wander_of(const body *b, const solid *own, const body *other, const solid *s, double span)
+static double wander_of(const body *b, const collider *own, const body *other, const collider *s, double span)
 {
     if (b->fixed || (b->acceleration == 0 && b->angular_acceleration == 0)) return 0;
     if (b->angular_acceleration == 0) return b->acceleration;
@@ -123,7 +123,7 @@ static double lag_of(const body *b, int64_t start_ns)
     return b->stamp_ns && may_do_something(b) ? seconds(stamps_between(b->stamp_ns, start_ns)) : 0;
 }
 
-/* Both from the newest pose on: an older one is carried on to it. What is foretold ends a horizon after the older one:
+/* Both from the newest pose on: an older one is carried on to it. What is predicted ends a horizon after the older one:
  * so far reach the boxes. `known`: where both are then. */
 static double set_courses(
     const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb, bool *known)
@@ -137,7 +137,7 @@ static double set_courses(
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
     s->estimated =
         (body_has_course(a) && a->speed == SPEED_ESTIMATED) || (body_has_course(b) && b->speed == SPEED_ESTIMATED);
-    return w->interests.at[s->interest].horizon - fmax(lag_a, lag_b);
+    return w->subscriptions.at[s->subscription].horizon - fmax(lag_a, lag_b);
 }
 
 /* m: by how much more than wander t^2 / 2 one may be elsewhere that has accelerated since it was heard of. */
@@ -152,13 +152,13 @@ static bool can_turn(const motion *m, double span)
     return vec_norm(m->angular) * span <= MOTION_ANGLE_MAX;
 }
 
-/* The axis that kept them free last time; or the one that the ladder has kept: of B's shape in A's, to world
+/* The axis that kept them free last time; or the one that the cascade has kept: of B's shape in A's, to world
  * directions. */
-static vec3 kept_axis(const world *w, const pair *p, bool foretells)
+static vec3 kept_axis(const world *w, const pair *p, bool predicts)
 {
-    if (foretells && w->options.caches && vec_max_abs(p->free_axis) > 0) return p->free_axis;
+    if (predicts && w->options.caches && vec_max_abs(p->free_axis) > 0) return p->free_axis;
     if (!w->options.caches || !(p->cache.axis.x != 0 || p->cache.axis.y != 0 || p->cache.axis.z != 0)) return VEC_ZERO;
-    return vec_unit(quat_rotate(w->solids.at[p->a].world.q, p->cache.axis));
+    return vec_unit(quat_rotate(w->colliders.at[p->a].world.q, p->cache.axis));
 }
 
 /* Were they in contact at the last tick, where the search begins? A way that does not turn begins in the orientation of
@@ -167,7 +167,7 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
     const toi_request *request, void *scratch)
 {
     const toi_result *r = &s->result;
-    if (s->foretells || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
+    if (s->predicts || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
     bool both_turn = body_way_turns(a) && body_way_turns(b), clear = r->gap_lo > request->threshold;
     if (both_turn && (clear || r->gap_hi <= request->threshold)) return !clear;
     narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
@@ -181,14 +181,14 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
 
 enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
 
-/* A pair that took a search to be foretold free is given an axis for the next tick; ways are too short to be worth it.
- * Read only: what was found is kept by keep_axis, because several interests may ask for one pair. `known`: where they
- * begin. */
+/* A pair that took a search to be predicted free is given an axis for the next tick; ways are too short to be worth it.
+ * Read only: what was found is kept by keep_axis, because several subscriptions may ask for one pair. `known`: where
+ * they begin. */
 static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b, bool known,
     const toi_request *request, void *scratch)
 {
     if (known && can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
-        toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
+        toi_find(a, b, request, kept_axis(w, p, s->predicts), scratch, &s->result);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */
         s->result = (toi_result){.status = TOI_UNDECIDED,
             .hi = INFINITY,
@@ -197,7 +197,7 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
             .body_a = a->motion.start,
             .body_b = b->motion.start};
     uint64_t often = ((uint64_t)1 << p->barren) - 1;
-    if (!s->foretells || !w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
+    if (!s->predicts || !w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
     if (w->figures.ticks & often) return;
     s->sought = true;
     s->free_axis = impact_axis(a, b, request, scratch, &s->result.queries);
@@ -242,7 +242,7 @@ static void keep_axis(world *w, const sweep *s)
         bool had = vec_max_abs(p->free_axis) > 0; /* one that did not serve */
         if ((had || !found) && *barren < BARREN_MAX) ++*barren;
         p->free_axis = s->free_axis;
-    } else if (s->foretells && s->result.status == TOI_FREE && s->result.queries == 0) {
+    } else if (s->predicts && s->result.status == TOI_FREE && s->result.queries == 0) {
         *barren = 0;
     }
 }
@@ -250,26 +250,26 @@ static void keep_axis(world *w, const sweep *s)
 static void search(const world *w, sweep *s, void *scratch)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
-    const solid *x = &w->solids.at[p->a], *y = &w->solids.at[p->b];
+    const collider *x = &w->colliders.at[p->a], *y = &w->colliders.at[p->b];
     body then_a, then_b;
     const body *a = past_body(w, &w->bodies.at[x->body], s->tick, &then_a);
     const body *b = past_body(w, &w->bodies.at[y->body], s->tick, &then_b);
-    const interest *i = &w->interests.at[s->interest];
+    const subscription *i = &w->subscriptions.at[s->subscription];
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
     bool known = true;
-    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb, &known) : set_way(w, s, a, b);
+    double span = s->predicts ? set_courses(w, s, a, b, &ma, &mb, &known) : set_way(w, s, a, b);
     double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
     s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
     if (!(span > 0)) return; /* one of them was last heard of a horizon ago */
-    double wander_a = s->foretells ? wander_of(a, x, b, y, i->horizon) : 0;
-    double wander_b = s->foretells ? wander_of(b, y, a, x, i->horizon) : 0;
-    double drift = s->foretells ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
+    double wander_a = s->predicts ? wander_of(a, x, b, y, i->horizon) : 0;
+    double wander_b = s->predicts ? wander_of(b, y, a, x, i->horizon) : 0;
+    double drift = s->predicts ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
     toi_request request = {.span = span,
         .threshold = i->threshold + pair_kept_terms(p).padding + drift,
-        .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
+        .tolerance = fmax(fmax(subscription_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
     if (past_apart(a, b, fmax(request.threshold + request.tolerance, 0))) return;
-    if (s->foretells)
+    if (s->predicts)
         find(w, s, p, &ma, &mb, known, &request, scratch);
     else
         search_ways(w, s, p, a, b, &ma, &mb, &request, scratch);

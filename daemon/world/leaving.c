@@ -1,10 +1,10 @@
 /* leaving: bodies are removed, or get other shapes, that have very many pairs. Tick thread.
  *
- * Where what was removed since the last tick has more pairs than a share of the slice, its solids leave: they are
+ * Where what was removed since the last tick has more pairs than a share of the slice, its colliders leave: they are
  * ghosts that are nowhere any more, but whose pairs are still to be ended, in slices, and with them what was told.
  * Their ids, and names in events, stay until then. What gets the same name meanwhile, or the same body with its new
- * shapes, is held back: it is in no interest, so that under a name one thing ends before another begins. All of it is
- * counted. */
+ * shapes, is held back: it is in no subscription, so that under a name one thing ends before another begins. All of it
+ * is counted. */
 #include "match.h"
 #include "state.h"
 
@@ -56,7 +56,7 @@ void leaving_ghost(world *w, uint32_t id)
 
 static void note_leaving(world *w, uint32_t id)
 {
-    uint32_t of = w->solids.at[id].body;
+    uint32_t of = w->colliders.at[id].body;
     body *b = &w->bodies.at[of];
     array_push(&w->leaving, id);
     leaver_of(w, b->owner)->count++;
@@ -77,11 +77,11 @@ void leaving_begin(world *w)
 {
     uint64_t pairs = 0;
     if (w->slice == UINT64_MAX) return;
-    for (size_t i = 0; i < w->reap_solids.count; i++) pairs += broad_pairs_of(w->broad, w->reap_solids.at[i]);
+    for (size_t i = 0; i < w->reap_colliders.count; i++) pairs += broad_pairs_of(w->broad, w->reap_colliders.at[i]);
     if (pairs <= w->slice / PART / A_PAIR) return;
     w->sliced = true;
-    for (size_t i = 0; i < w->reap_solids.count; i++) {
-        uint32_t id = w->reap_solids.at[i];
+    for (size_t i = 0; i < w->reap_colliders.count; i++) {
+        uint32_t id = w->reap_colliders.at[i];
         if (!broad_pairs_of(w->broad, id)) continue;
         broad_let_leave(w->broad, id);
         note_leaving(w, id);
@@ -100,9 +100,9 @@ static void free_held(world *w, uint32_t of)
 
 static void has_left(world *w, uint32_t id)
 {
-    uint32_t of = w->solids.at[id].body;
+    uint32_t of = w->colliders.at[id].body;
     body *b = &w->bodies.at[of];
-    if (w->solids.at[id].kept) array_push(&w->reap_solids, id);
+    if (w->colliders.at[id].kept) array_push(&w->reap_colliders, id);
     leaver_of(w, b->owner)->count--;
     if (--b->leaving) return;
     if (b->kept) array_push(&w->reap, of);
@@ -133,6 +133,6 @@ void leaving_restored(world *w)
 {
     size_t count = w->leaving.count;
     w->leaving.count = 0;
-    for (size_t i = 0; i < count; i++) w->bodies.at[w->solids.at[w->leaving.at[i]].body].leaving = 0;
+    for (size_t i = 0; i < count; i++) w->bodies.at[w->colliders.at[w->leaving.at[i]].body].leaving = 0;
     for (size_t i = 0; i < count; i++) note_leaving(w, w->leaving.at[i]);
 }

@@ -62,20 +62,20 @@ void match_free(match *m)
     pair_map_free(&m->list_of);
 }
 
-/* ---- how far interests reach ---- */
+/* ---- how far subscriptions reach ---- */
 
 /* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it;
  * what a rule adds is carried by the body whose rule it is, alone. */
-static match_reach reach_of_interest(const interest *i)
+static match_reach reach_of_subscription(const subscription *i)
 {
     double most = 0;
     if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
-    if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_FORETELL)) most = fmax(most, i->threshold);
+    if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_PREDICT)) most = fmax(most, i->threshold);
     return (match_reach){.ranges = {{.fixed = 0.5 * (most + i->hysteresis + i->tolerance),
                              .relative = i->tolerance > 0 ? 0 : i->relative_tolerance}},
         .range_count = 1,
         .impacts = i->facts & WORLD_IMPACT,
-        .horizon = i->facts & WORLD_FORETELL ? i->horizon : 0};
+        .horizon = i->facts & WORLD_PREDICT ? i->horizon : 0};
 }
 
 /* Of more than there is room for, the last two become one that is no less than either: boxes may be wider than asked.
@@ -263,14 +263,14 @@ static void touch(match *m, uint32_t id)
     s->touched = true;
 }
 
-static void join_selection(world *w, uint32_t interest_id, uint32_t a, uint32_t b)
+static void join_selection(world *w, uint32_t subscription_id, uint32_t a, uint32_t b)
 {
     match *m = &w->match;
     uint32_t id = take_selection(m, a, b);
     match_selection *s = &m->selections.at[id];
-    w->interests.at[interest_id].selection = id;
-    s->interests++;
-    array_push(&s->ids, interest_id);
+    w->subscriptions.at[subscription_id].selection = id;
+    s->subscriptions++;
+    array_push(&s->ids, subscription_id);
     touch(m, id);
 }
 
@@ -284,38 +284,38 @@ static void concern(match *m, uint32_t a, uint32_t b)
     match_next_pass(m, b, !first);
 }
 
-void match_attach(world *w, uint32_t interest_id)
+void match_attach(world *w, uint32_t subscription_id)
 {
     match *m = &w->match;
-    const interest *i = &w->interests.at[interest_id];
+    const subscription *i = &w->subscriptions.at[subscription_id];
     uint32_t a = take_selector(m, i->select_a), b = take_selector(m, i->select_b);
-    join_selection(w, interest_id, a, b);
+    join_selection(w, subscription_id, a, b);
     concern(m, a, b);
 }
 
-bool match_reattach(world *w, uint32_t interest_id)
+bool match_reattach(world *w, uint32_t subscription_id)
 {
     uint64_t key;
-    const interest *i = &w->interests.at[interest_id];
+    const subscription *i = &w->subscriptions.at[subscription_id];
     uint32_t a = look_up(&w->match, i->select_a, &key), b = look_up(&w->match, i->select_b, &key);
     if (a == PAIR_MAP_NONE || b == PAIR_MAP_NONE) return false;
-    join_selection(w, interest_id, a, b);
+    join_selection(w, subscription_id, a, b);
     return true;
 }
 
-void match_detach(world *w, uint32_t interest_id)
+void match_detach(world *w, uint32_t subscription_id)
 {
     match *m = &w->match;
-    interest *i = &w->interests.at[interest_id];
+    subscription *i = &w->subscriptions.at[subscription_id];
     if (i->selection == WORLD_NONE) return;
     match_selection *s = &m->selections.at[i->selection];
-    s->interests--;
+    s->subscriptions--;
     touch(m, i->selection);
     concern(m, s->selectors[0], s->selectors[1]);
     i->selection = WORLD_NONE;
 }
 
-/* An interest that came, went and came again is there once. */
+/* A subscription that came, went and came again is there once. */
 static void tidy(world *w, uint32_t id)
 {
     match_selection *s = &w->match.selections.at[id];
@@ -326,9 +326,9 @@ static void tidy(world *w, uint32_t id)
     s->reach = (match_reach){.range_count = 0};
     for (size_t i = 0; i < count; i++) {
         uint32_t at = (uint32_t)w->match.scratch.at[i];
-        const interest *x = &w->interests.at[at];
+        const subscription *x = &w->subscriptions.at[at];
         if (!x->used || x->selection != id || (kept && s->ids.at[kept - 1] == at)) continue;
-        match_reach reach = reach_of_interest(x);
+        match_reach reach = reach_of_subscription(x);
         add_reach(&s->reach, &reach);
         s->ids.at[kept++] = at;
     }
@@ -373,7 +373,7 @@ void match_refresh(world *w)
     for (size_t i = 0; i < m->touched.count; i++) {
         match_selection *s = &m->selections.at[m->touched.at[i]];
         s->touched = false;
-        if (s->interests)
+        if (s->subscriptions)
             tidy(w, m->touched.at[i]);
         else
             drop_selection(m, m->touched.at[i]);

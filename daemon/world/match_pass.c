@@ -1,13 +1,13 @@
-/* match_pass: bodies are looked at for interests that are new, changed or gone, so many steps a tick, counted, so that
- * a replay and a standby stop at the same body. Tick thread.
+/* match_pass: bodies are looked at for subscriptions that are new, changed or gone, so many steps a tick, counted, so
+ * that a replay and a standby stop at the same body. Tick thread.
  *
  * A pass goes once through all bodies, in the order of their ids, for all selectors that were concerned when it began;
- * those that come meanwhile wait for the next one. Until its pass has ended an interest is unsettled: what it is told
- * is true, but not all, and it has no snapshot. A body that is put is held against all patterns at once; where many
- * have been tried since the last tick, it waits, is in no interest's pairs until then, and all interests are told that
- * something is undone. */
-#include "interest.h"
+ * those that come meanwhile wait for the next one. Until its pass has ended a subscription is unsettled: what it is
+ * told is true, but not all, and it has no snapshot. A body that is put is held against all patterns at once; where
+ * many have been tried since the last tick, it waits, is in no subscription's pairs until then, and all subscriptions
+ * are told that something is undone. */
 #include "match.h"
+#include "subscription.h"
 
 #include "base/hash.h"
 #include "state.h"
@@ -34,7 +34,7 @@ static bool widen(world *w, body *b)
     double reach = 0;
     b->widen = 0;
     for (size_t i = 0; i < b->shape_count; i++) {
-        double of_shape = w->solids.at[b->shapes[i]].reach;
+        double of_shape = w->colliders.at[b->shapes[i]].reach;
         if (isfinite(of_shape)) reach = fmax(reach, of_shape);
     }
     for (uint32_t i = 0; i < r->range_count; i++)
@@ -139,7 +139,7 @@ static void begin_pass(world *w)
     m->cursor = 0;
     m->pass++;
     m->passing = true;
-    interest_pass_began(w);
+    subscription_pass_began(w);
 }
 
 static char *text_of(const pattern *p)
@@ -175,7 +175,7 @@ static void end_pass(world *w)
     }
     m->concerned.count = 0;
     m->passing = false;
-    interest_pass_ended(w);
+    subscription_pass_ended(w);
 }
 
 /* What is put into the broad phase again has its pairs decided again, for those that want them now. A body that is
@@ -206,7 +206,7 @@ void match_run(world *w)
     m->tried = 0;
     while (steps < m->steps_a_tick && (m->passing || m->next.count)) {
         if (!m->passing) begin_pass(w);
-        w->epoch++; /* other interests in the pairs of a body than there were */
+        w->epoch++; /* other subscriptions in the pairs of a body than there were */
         while (m->cursor < w->bodies.count && steps < m->steps_a_tick) steps += look_at(w, m->cursor++);
         if (m->cursor == w->bodies.count) end_pass(w);
     }
@@ -270,7 +270,7 @@ const char *match_restore(world *w, bytes_in *from)
         if (!(flags & 1)) id_pool_give(&m->selector_ids, id);
     }
     bytes_get(from, numbers, sizeof numbers);
-    if (from->broken || numbers[3] > from->left / sizeof(uint32_t)) return "the patterns of interests are cut off";
+    if (from->broken || numbers[3] > from->left / sizeof(uint32_t)) return "the patterns of subscriptions are cut off";
     m->passing = numbers[0];
     m->cursor = (uint32_t)numbers[1];
     m->tried = (size_t)numbers[2];
@@ -279,10 +279,10 @@ const char *match_restore(world *w, bytes_in *from)
     bytes_get(from, m->unmatched.at, m->unmatched.count * sizeof *m->unmatched.at);
     for (size_t i = 0; i < m->unmatched.count; i++)
         if (m->unmatched.at[i] >= w->bodies.count) return "a body that waits is not there";
-    for (uint32_t id = 0; id < w->interests.count; id++) {
-        interest *i = &w->interests.at[id];
+    for (uint32_t id = 0; id < w->subscriptions.count; id++) {
+        subscription *i = &w->subscriptions.at[id];
         i->selection = WORLD_NONE;
-        if (i->used && !i->closing && !match_reattach(w, id)) return "an interest's pattern is not there";
+        if (i->used && !i->closing && !match_reattach(w, id)) return "a subscription's pattern is not there";
     }
     match_refresh(w);
     return NULL;

@@ -1,11 +1,12 @@
-/* match_table: which interests want which bodies. Names are held against patterns once a name and pattern, whatever the
- * number of interests that share a pattern, and of bodies that are a pair.
+/* match_table: which subscriptions want which bodies. Names are held against patterns once a name and pattern, whatever
+ * the number of subscriptions that share a pattern, and of bodies that are a pair.
  *
- * A selector is one pattern by which interests select; a selection is two of them, A's and B's, and the interests that
- * have these. The selectors that a body matches are its class, shared by all bodies that match the same ones; which
- * interests want a pair follows from the classes of its two bodies, and is found once for each two classes. So a body
- * costs what it matches, a pair the same look-up whatever the number of interests, and an interest under patterns that
- * are known nothing until it is told of something. Tick thread, but for reading what a pair's list says. */
+ * A selector is one pattern by which subscriptions select; a selection is two of them, A's and B's, and the
+ * subscriptions that have these. The selectors that a body matches are its class, shared by all bodies that match the
+ * same ones; which subscriptions want a pair follows from the classes of its two bodies, and is found once for each two
+ * classes. So a body costs what it matches, a pair the same look-up whatever the number of subscriptions, and a
+ * subscription under patterns that are known nothing until it is told of something. Tick thread, but for reading what a
+ * pair's list says. */
 #ifndef COLLIDED_WORLD_MATCH_TABLE_H
 #define COLLIDED_WORLD_MATCH_TABLE_H
 
@@ -24,7 +25,7 @@ typedef struct match_range { /* m: a body of this reach is widened by fixed + re
 
 enum { MATCH_RANGES = 8 };
 
-typedef struct match_reach { /* how far, how long and for what a body is asked for: the most of several interests */
+typedef struct match_reach { /* how far, how long and for what a body is asked for: the most of several subscriptions */
     match_range ranges[MATCH_RANGES];
     uint32_t range_count; /* none is less in both than another */
     bool impacts;
@@ -32,20 +33,20 @@ typedef struct match_reach { /* how far, how long and for what a body is asked f
 } match_reach;
 
 typedef struct match_selector {
-    bool used, live;          /* live: interests select by it; otherwise bodies may still have it, until a pass ends */
-    bool pending;             /* not every body has been held against it */
-    bool concerned, next;     /* in the lists of this name, and ... */
+    bool used, live;      /* live: subscriptions select by it; otherwise bodies may still have it, until a pass ends */
+    bool pending;         /* not every body has been held against it */
+    bool concerned, next; /* in the lists of this name, and ... */
     bool marked, next_marked; /* ... all its bodies are put again */
     size_t bodies;            /* that match it, as far as is known */
     ARRAY(uint32_t) sides[2]; /* selections in which it is A's, B's */
     bool reach_known;
-    match_reach reach; /* of its interests */
+    match_reach reach; /* of its subscriptions */
 } match_selector;
 
 typedef struct match_selection {
     bool used, touched;
     uint32_t selectors[2], places[2]; /* A's and B's, and where it is in their lists */
-    size_t interests;                 /* that have it */
+    size_t subscriptions;             /* that have it */
     ARRAY(uint32_t) ids;              /* of them, rising; while it is touched, with others and in disorder */
     match_reach reach;
 } match_selection;
@@ -60,7 +61,7 @@ typedef struct match_class {
     bool concerned, marked; /* ... by one of its selectors */
 } match_class;
 
-typedef struct match_list { /* interests, by rising id */
+typedef struct match_list { /* subscriptions, by rising id */
     const uint32_t *at;
     uint32_t count;
     bool own; /* several selections' put together */

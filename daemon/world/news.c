@@ -48,11 +48,11 @@ static void take_older(const body *b, int64_t *oldest)
 int64_t world_oldest_stamp_ns(const world *w, uint32_t id)
 {
     int64_t oldest = 0;
-    if (id >= w->interests.count || !w->interests.at[id].used) return 0;
-    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+    if (id >= w->subscriptions.count || !w->subscriptions.at[id].used) return 0;
+    for (uint32_t v = w->subscriptions.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].subscription_next) {
         const pair *p = &w->pairs.at[w->watches.at[v].pair];
-        take_older(&w->bodies.at[w->solids.at[p->a].body], &oldest);
-        take_older(&w->bodies.at[w->solids.at[p->b].body], &oldest);
+        take_older(&w->bodies.at[w->colliders.at[p->a].body], &oldest);
+        take_older(&w->bodies.at[w->colliders.at[p->b].body], &oldest);
     }
     return oldest;
 }

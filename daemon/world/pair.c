@@ -1,8 +1,8 @@
 /* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
  */
-#include "interest.h"
 #include "match.h"
 #include "state.h"
+#include "subscription.h"
 
 #include "base/sort.h"
 
@@ -47,7 +47,7 @@ uint64_t pair_price(void *context, uint32_t a, uint32_t b)
 {
     enum { A_TRY = 200 }; /* of one name against one pattern, with pieces that are found late */
     const world *w = context;
-    const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
+    const body *x = &w->bodies.at[w->colliders.at[a].body], *y = &w->bodies.at[w->colliders.at[b].body];
     size_t tries = rules_price(&w->rules, x->rule_set) + rules_price(&w->rules, y->rule_set);
     return tries > 2 * RULES_CHEAP ? A_TRY * (uint64_t)tries : 0;
 }
@@ -103,7 +103,7 @@ static ruling decide(world *w, uint32_t a, uint32_t b)
 
 static void keep_terms(world *w, pair *p)
 {
-    ruling r = decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body);
+    ruling r = decide(w, w->colliders.at[p->a].body, w->colliders.at[p->b].body);
     p->padding = r.padding;
     p->margin = r.margin;
     p->looks = r.looks;
@@ -113,21 +113,21 @@ static void keep_terms(world *w, pair *p)
 bool pair_accept(void *context, uint32_t a, uint32_t b)
 {
     world *w = context;
-    const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
-    return x != y && interest_wants(w, x, y) && decide(w, w->solids.at[a].body, w->solids.at[b].body).checked;
+    const body *x = &w->bodies.at[w->colliders.at[a].body], *y = &w->bodies.at[w->colliders.at[b].body];
+    return x != y && subscription_wants(w, x, y) && decide(w, w->colliders.at[a].body, w->colliders.at[b].body).checked;
 }
 
-bool pair_is_told(const world *w, const pair *p)
+bool pair_is_reported(const world *w, const pair *p)
 {
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
         if (w->watches.at[id].touch_id || w->watches.at[id].near_id) return true;
     return false;
 }
 
-bool pair_is_foretold(const world *w, const pair *p)
+bool pair_is_predicted(const world *w, const pair *p)
 {
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
-        if (w->watches.at[id].foretold_id) return true;
+        if (w->watches.at[id].predicted_id) return true;
     return false;
 }
 
@@ -137,9 +137,9 @@ uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
 }
 
 /* From here on its shapes are looked at. */
-static void enter_pair(world *w, uint32_t solid)
+static void enter_pair(world *w, uint32_t collider)
 {
-    uint32_t id = w->solids.at[solid].body;
+    uint32_t id = w->colliders.at[collider].body;
     body *b = &w->bodies.at[id];
     body_account(w, id);
     b->is_calm = false;
@@ -148,11 +148,11 @@ static void enter_pair(world *w, uint32_t solid)
 
 static uint32_t begin_pair(world *w, uint32_t a, uint32_t b)
 {
-    assert(a != b && w->solids.at[a].used && w->solids.at[b].used);
+    assert(a != b && w->colliders.at[a].used && w->colliders.at[b].used);
     uint32_t id = id_pool_take(&w->pair_ids);
     array_reserve_in_place(&w->pairs, (size_t)id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
-    bool in_order = solids_in_order(w, &w->solids.at[a], &w->solids.at[b]);
+    bool in_order = colliders_in_order(w, &w->colliders.at[a], &w->colliders.at[b]);
     enter_pair(w, a);
     enter_pair(w, b);
     w->pairs.at[id] = (pair){.a = in_order ? a : b,
@@ -169,13 +169,13 @@ static uint32_t begin_pair(world *w, uint32_t a, uint32_t b)
 
 static uint8_t cause_of_end(world *w, const pair *p)
 {
-    const solid *sa = &w->solids.at[p->a], *sb = &w->solids.at[p->b];
+    const collider *sa = &w->colliders.at[p->a], *sb = &w->colliders.at[p->b];
     const body *a = &w->bodies.at[sa->body], *b = &w->bodies.at[sb->body];
     if (a->ghost) return a->ghost_cause;
     if (b->ghost) return b->ghost_cause;
     if (sa->ghost || sb->ghost) return CAUSE_SHAPE;
     if (!decide(w, sa->body, sb->body).checked) return CAUSE_FILTER;
-    if (!interest_wants(w, a, b)) return CAUSE_INTEREST;
+    if (!subscription_wants(w, a, b)) return CAUSE_SUBSCRIPTION;
     bool jumped = a->teleport_tick > p->active_tick || b->teleport_tick > p->active_tick || p->jumped;
     return jumped ? CAUSE_TELEPORT : CAUSE_MOTION;
 }
@@ -192,8 +192,8 @@ static void end(world *w, uint32_t id)
     w->lingers -= p->lingers;
     if (!p->lingers) payers_release(w, p);
     p->used = p->lingers = false;
-    w->bodies.at[w->solids.at[p->a].body].pair_count--;
-    w->bodies.at[w->solids.at[p->b].body].pair_count--;
+    w->bodies.at[w->colliders.at[p->a].body].pair_count--;
+    w->bodies.at[w->colliders.at[p->b].body].pair_count--;
     id_pool_give(&w->pair_ids, id);
     w->figures.pairs--;
 }
@@ -303,7 +303,7 @@ static void find_latecomer(void *context, uint32_t other)
     latecomers *l = context;
     uint32_t id = pair_find(l->w, l->proxy, other);
     l->passed++;
-    if (l->proxy < other && !l->w->solids.at[other].ghost && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
+    if (l->proxy < other && !l->w->colliders.at[other].ghost && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
         array_push(&l->keys, pair_key(l->proxy, other));
 }
 
@@ -316,15 +316,15 @@ static size_t most_looked_at(const world *w, uint64_t each)
     return w->slice == UINT64_MAX ? SIZE_MAX : most < LET_IN_AT_LEAST ? LET_IN_AT_LEAST : (size_t)most;
 }
 
-/* From the next solid on, so many, or until so many pairs have been passed. */
+/* From the next collider on, so many, or until so many pairs have been passed. */
 static void find_latecomers(world *w, latecomers *l, size_t most)
 {
     size_t passed = 0, passes = most_looked_at(w, A_PASSED);
-    while (w->lets_in_next < w->solids.count && l->keys.count < most && passed < passes) {
+    while (w->lets_in_next < w->colliders.count && l->keys.count < most && passed < passes) {
         uint32_t id = w->lets_in_next++;
         size_t first = l->keys.count;
         passed++;
-        if (!w->solids.at[id].used || w->solids.at[id].ghost) continue;
+        if (!w->colliders.at[id].used || w->colliders.at[id].ghost) continue;
         l->proxy = id;
         l->passed = 0;
         broad_each_pair_of(w->broad, id, find_latecomer, l);
@@ -352,7 +352,7 @@ static void let_in(world *w)
         pair_meet(w, a, b);
         array_push(&w->unfinished, pair_find(w, a, b));
     }
-    w->lets_in = w->lets_in_next < w->solids.count && l.keys.count < room;
+    w->lets_in = w->lets_in_next < w->colliders.count && l.keys.count < room;
     w->sliced |= w->lets_in;
     array_free(&l.keys);
 }
@@ -374,17 +374,17 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 /* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is told again. */
 enum { A_LOOK = 150, A_WATCH = 1500, A_SEARCH = 4000 };
 
-static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pair *p, bool told, bool is_new)
+static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pair *p, bool reported, bool is_new)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     double units = A_LOOK;
-    if (told)
+    if (reported)
         units += (double)a->overlapping + b->overlapping;
     else if (is_new || !(p->cache.lower > 0))
         units += slices_is_dear(a) || slices_is_dear(b) ? (double)a->overlapping + b->overlapping
                                                         : (double)a->apart + b->apart;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) units += A_WATCH;
-    if (is_new && !told) units += A_WATCH; /* one, at least, may begin */
+    if (is_new && !reported) units += A_WATCH; /* one, at least, may begin */
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     if (w->sweepers && ((x->impacts && y->impacts) || (x->horizon > 0 && y->horizon > 0))) units += A_SEARCH;
     return (uint64_t)units;
@@ -393,9 +393,9 @@ static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pa
 static inline uint64_t cheap_units(const world *w, const pair *p)
 {
     if (w->slice == UINT64_MAX) return A_LOOK; /* nobody counts */
-    bool told = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
-    if (!told && !is_new && p->cache.lower > 0 && !w->sweepers) return A_LOOK;
-    return units_of_work(w, p, told, is_new);
+    bool reported = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
+    if (!reported && !is_new && p->cache.lower > 0 && !w->sweepers) return A_LOOK;
+    return units_of_work(w, p, reported, is_new);
 }
 
 uint64_t pair_units(const world *w, const pair *p)
@@ -416,9 +416,9 @@ static inline bool may_be_outdated(const world *w, const pair *p)
 static __attribute__((noinline)) bool renew(world *w, pair *p)
 {
     uint64_t since = p->active_tick;
-    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
     bool ruled = w->ruled_tick > since && (a->ruled_tick > since || b->ruled_tick > since);
-    if (ruled && w->sliced && !decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body).checked) return false;
+    if (ruled && w->sliced && !decide(w, w->colliders.at[p->a].body, w->colliders.at[p->b].body).checked) return false;
     p->ruled = ruled;
     p->jumped = w->teleport_tick > since && (a->teleport_tick > since || b->teleport_tick > since);
     w->some_teleported |= p->jumped;
@@ -431,10 +431,10 @@ static __attribute__((noinline)) bool renew(world *w, pair *p)
 /* One that the budget left may have ended since, and its id may be another's. */
 uint64_t pair_activate(world *w, uint32_t id)
 {
-    enum { A_WISH = 20 }; /* to list an interest that wants it, and to hold what is found against its terms */
+    enum { A_WISH = 20 }; /* to list a subscription that wants it, and to hold what is found against its terms */
     pair *p = &w->pairs.at[id];
     if (!p->used || p->active_tick == w->figures.ticks) return 0;
-    bool leaves = w->leaving.count && (w->solids.at[p->a].ghost || w->solids.at[p->b].ghost);
+    bool leaves = w->leaving.count && (w->colliders.at[p->a].ghost || w->colliders.at[p->b].ghost);
     if (leaves) return 0; /* it is about to end */
     if (!may_be_outdated(w, p))
         p->ruled = p->jumped = false;
@@ -442,7 +442,7 @@ uint64_t pair_activate(world *w, uint32_t id)
         return 0;
     p->active_tick = w->figures.ticks;
     array_push(&w->active_pairs, id);
-    return cheap_units(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
+    return cheap_units(w, p) + A_WISH * (uint64_t)subscription_list(w, p).count;
 }
 
 static void activate_lingering(world *w, uint32_t id)
@@ -457,17 +457,17 @@ static unsigned bits_of(size_t count)
     return bits;
 }
 
-void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs)
+void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs)
 {
     size_t count = w->active_pairs.count;
-    bool fits = 2 * of_solids + of_pairs <= 64;
+    bool fits = 2 * of_colliders + of_pairs <= 64;
     array_reserve(&w->active, count);
     array_reserve(&w->sort_scratch, count);
     w->active.count = count;
     for (size_t i = 0; i < count; i++) {
         uint32_t id = w->active_pairs.at[i];
         uint64_t key = pair_key(w->pairs.at[id].a, w->pairs.at[id].b);
-        w->active.at[i] = fits ? (key >> 32 << of_solids | (uint32_t)key) << of_pairs | id : key;
+        w->active.at[i] = fits ? (key >> 32 << of_colliders | (uint32_t)key) << of_pairs | id : key;
     }
     sort_keys_above(w->active.at, w->sort_scratch.at, count, fits ? of_pairs : 0);
     for (size_t i = 0; i < count; i++) {
@@ -475,14 +475,14 @@ void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs)
         if (fits) {
             w->active_pairs.at[i] = (uint32_t)(key & ((UINT64_C(1) << of_pairs) - 1));
             key >>= of_pairs;
-            w->active.at[i] = key >> of_solids << 32 | (key & ((UINT64_C(1) << of_solids) - 1));
+            w->active.at[i] = key >> of_colliders << 32 | (key & ((UINT64_C(1) << of_colliders) - 1));
         } else {
             w->active_pairs.at[i] = pair_map_get(&w->pair_of, key);
         }
     }
 }
 
-/* The pairs of what moved or was refiltered, in the order of their solids' ids; as many as a slice has room for. New
+/* The pairs of what moved or was refiltered, in the order of their colliders' ids; as many as a slice has room for. New
  * pairs are among them: a pair begins only when one of its bodies was put again, or it was left out until now, and is
  * unfinished, or when its search was put off, and puts it on the list. */
 void pair_collect_active(world *w)
@@ -492,5 +492,5 @@ void pair_collect_active(world *w)
     slices_take(w);
     for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);
     for (size_t i = 0; i < w->lingering.count; i++) activate_lingering(w, w->lingering.at[i]);
-    pair_sort_active(w, bits_of(w->solids.count), bits_of(w->pairs.count));
+    pair_sort_active(w, bits_of(w->colliders.count), bits_of(w->pairs.count));
 }

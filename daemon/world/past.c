@@ -6,8 +6,8 @@
  * told is what a world that is not cut tells, only later. Where one of the two has kept nothing it stood, or all that
  * it met before has been decided.
  *
- * Of a body that waits for very long the oldest ways are dropped; each interest in its impacts is told so: it may have
- * met anything. All of it follows from counts. Tick thread, but for past_body. */
+ * Of a body that waits for very long the oldest ways are dropped; each subscription in its impacts is told so: it may
+ * have met anything. All of it follows from counts. Tick thread, but for past_body. */
 #include "base/sort.h"
 #include "events.h"
 #include "match.h"
@@ -29,13 +29,13 @@ static void free_ways(world *w, body *b)
 }
 
 /* Of all its ways up to this tick: it may have met anything since the first of them. */
-static void tell_dropped(world *w, uint32_t id)
+static void report_dropped(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     match_list all = match_of_class(&w->match, b->match);
     const past_way *first = b->past.count ? &b->past.at[0] : NULL;
     world_event e = events_of_body(w, id);
-    b->past_told = w->figures.ticks;
+    b->past_reported = w->figures.ticks;
     w->figures.dropped_ways++;
     e.impact = (world_impact){.lo = 0,
         .hi = INFINITY,
@@ -43,14 +43,14 @@ static void tell_dropped(world *w, uint32_t id)
         .pose_a = first ? first->from : b->pose,
         .pose_b = POSE_IDENTITY};
     for (uint32_t k = 0; k < all.count; k++)
-        if (w->interests.at[all.at[k]].facts & WORLD_IMPACT)
+        if (w->subscriptions.at[all.at[k]].facts & WORLD_IMPACT)
             events_emit(w, all.at[k], &e, EVENT_IMPACT, CAUSE_MOTION, 0);
 }
 
 static void drop_oldest(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
-    if (b->past.at[0].tick > b->past_told) tell_dropped(w, id);
+    if (b->past.at[0].tick > b->past_reported) report_dropped(w, id);
     free(b->past.at[0].passed);
     b->past_since = b->past.at[0].tick;
     memmove(b->past.at, b->past.at + 1, --b->past.count * sizeof *b->past.at);
@@ -77,7 +77,7 @@ static aabb box_of_way(const world *w, const body *b)
 {
     aabb box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (size_t k = 0; k < b->shape_count; k++) {
-        const solid *s = &w->solids.at[b->shapes[k]];
+        const collider *s = &w->colliders.at[b->shapes[k]];
         box = aabb_union(box, body_way_bounds(w, b, s, s->box));
     }
     return box;
@@ -150,10 +150,10 @@ static void lose_unknown(world *w, uint32_t id)
 }
 
 /* What is removed, or has got other shapes, before it was looked at may have met anything, too. */
-static void tell_lost(world *w, uint32_t id)
+static void report_lost(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
-    if (b->used && b->past_lost) tell_dropped(w, id);
+    if (b->used && b->past_lost) report_dropped(w, id);
     b->past_lost = false;
 }
 
@@ -162,7 +162,7 @@ static bool forget(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     bool stays = is_unknown(b) && b->past_lost;
-    if (!stays) tell_lost(w, id);
+    if (!stays) report_lost(w, id);
     free_ways(w, b);
     b->past_listed = stays;
     b->past_since = w->figures.ticks;
@@ -184,7 +184,7 @@ static void forget_others(world *w, bool waited)
     for (size_t i = 0; i < w->past_bodies.count; i++) {
         uint32_t id = w->past_bodies.at[i];
         bool stays = waited && is_waited_for(w, &w->bodies.at[id]);
-        if (stays && w->bodies.at[id].matched) tell_lost(w, id);
+        if (stays && w->bodies.at[id].matched) report_lost(w, id);
         if (stays || !forget(w, id)) w->past_bodies.at[kept++] = id;
     }
     w->past_bodies.count = kept;

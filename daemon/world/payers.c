@@ -29,9 +29,9 @@ static uint32_t charged_to(const world *w, uint64_t owner)
     return place == PAIR_MAP_NONE ? 0 : w->payers.at[place].pairs;
 }
 
-static uint64_t owner_of(const world *w, uint32_t solid)
+static uint64_t owner_of(const world *w, uint32_t collider)
 {
-    return w->bodies.at[w->solids.at[solid].body].owner;
+    return w->bodies.at[w->colliders.at[collider].body].owner;
 }
 
 /* Who is to pay for the two. */

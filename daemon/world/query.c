@@ -1,10 +1,10 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
+#include "cascade.h"
 #include "geom/compound.h"
 #include "geom/mesh.h"
-#include "interest.h"
-#include "ladder.h"
 #include "state.h"
+#include "subscription.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -22,25 +22,25 @@ static int64_t older(int64_t a, int64_t b)
 
 /* ---- distance ---- */
 
-/* From the relative pose that the ladder has, in canonical order: in the frame of the first. */
+/* From the relative pose that the cascade has, in canonical order: in the frame of the first. */
 static narrow_result between(const world *w, uint32_t a, uint32_t b, double tolerance, bool *in_order)
 {
-    const solid *x = &w->solids.at[a], *y = &w->solids.at[b];
-    *in_order = solids_in_order(w, x, y);
-    const solid *first = *in_order ? x : y, *second = *in_order ? y : x;
+    const collider *x = &w->colliders.at[a], *y = &w->colliders.at[b];
+    *in_order = colliders_in_order(w, x, y);
+    const collider *first = *in_order ? x : y, *second = *in_order ? y : x;
     narrow_request request = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .engine = w->options.engine};
-    pose relative = solid_settled_relative(w, first, second);
+    pose relative = collider_settled_relative(w, first, second);
     narrow_result r;
     narrow_query(&first->shape, &second->shape, &relative, &request, NULL, w->scratch[0], &r);
-    ladder_allow_for_pose(w, first, second, &relative, tolerance, &r);
+    cascade_allow_for_pose(w, first, second, &relative, tolerance, &r);
     return r;
 }
 
 /* In world axes, from A to B. */
 static void write_hit(const world *w, uint32_t a, uint32_t b, const narrow_result *r, bool in_order, world_hit *hit)
 {
-    pose first = solid_pose(w, &w->solids.at[in_order ? a : b]);
+    pose first = collider_pose(w, &w->colliders.at[in_order ? a : b]);
     vec3 axis = quat_rotate(first.q, r->axis), point_1 = pose_point(first, r->point_a),
          point_2 = pose_point(first, r->point_b);
     hit->lo = r->lo;
@@ -114,16 +114,16 @@ static void line(lines *l, const char *format, ...)
     va_end(args);
 }
 
-static void explain_interests(const world *w, const body *x, const body *y, lines *l)
+static void explain_subscriptions(const world *w, const body *x, const body *y, lines *l)
 {
     bool any = false;
-    for (uint32_t id = 0; id < w->interests.count; id++) {
-        const interest *i = &w->interests.at[id];
-        interest_sides sides = interest_sides_of(w, id, x, y);
+    for (uint32_t id = 0; id < w->subscriptions.count; id++) {
+        const subscription *i = &w->subscriptions.at[id];
+        subscription_sides sides = subscription_sides_of(w, id, x, y);
         if (!i->used || !(sides.straight || sides.turned)) continue;
         any = true;
-        line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a, i->select_b,
-            i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
+        line(l, "wanted by subscription %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a,
+            i->select_b, i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
             i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance > 0 ? i->tolerance : i->relative_tolerance,
             i->tolerance > 0 ? "m" : "of the size",
             i->accuracy == WORLD_BY_BOXES     ? ", by boxes"
@@ -161,7 +161,7 @@ static void explain_shapes(const world *w, const body *x, const body *y, world_h
                     (x->shape_count - i) * y->shape_count - k);
                 return;
             }
-            const solid *a = &w->solids.at[x->shapes[i]], *b = &w->solids.at[y->shapes[k]];
+            const collider *a = &w->colliders.at[x->shapes[i]], *b = &w->colliders.at[y->shapes[k]];
             bool in_order;
             narrow_result r = between(w, x->shapes[i], y->shapes[k], 1e-9, &in_order);
             bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
@@ -195,9 +195,9 @@ int world_explain_within(
     if (terms.checked && terms.looks)
         line(&l, "one way: %s looks at %s\n", terms.looks > 0 ? x->name : y->name, terms.looks > 0 ? y->name : x->name);
     if (terms.padding != 0 || terms.margin != 0)
-        line(&l, "rules add %g m to the threshold and %g m to the range of every interest\n", terms.padding,
+        line(&l, "rules add %g m to the threshold and %g m to the range of every subscription\n", terms.padding,
             terms.margin);
-    explain_interests(w, x, y, &l);
+    explain_subscriptions(w, x, y, &l);
     for (int i = 0; i < 2; i++) {
         const body *one = i ? y : x;
         if (one->stale)

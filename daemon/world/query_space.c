@@ -19,7 +19,7 @@ typedef struct search {
     probe probe;
     vec3 direction; /* unit, of casts */
     double tolerance;
-    double length; /* nothing beyond is of interest; with each hit of a cast it shrinks ... */
+    double length; /* nothing beyond is of subscription; with each hit of a cast it shrinks ... */
     double asked;  /* ... from here: how far a hit is looked into depends on none before it */
     int64_t now_ns;
     world_hits *out;
@@ -31,24 +31,24 @@ static shape box_or_point(vec3 half)
     return (shape){.type = point ? SHAPE_SPHERE : SHAPE_BOX, .half = half};
 }
 
-static bool concerns(const search *q, const solid *s)
+static bool concerns(const search *q, const collider *s)
 {
     return !q->w->bodies.at[s->body].ghost && s->body != q->probe.body;
 }
 
 /* The probe when it has gone on by t along the direction, and a shape, in world axes about the probe's frame then: they
  * are as precise as their distance from each other lets them be. */
-static void place(const search *q, double t, const solid *s, pose *at, pose *there)
+static void place(const search *q, double t, const collider *s, pose *at, pose *there)
 {
     pose body_pose, local, frame = {VEC_ZERO, q->probe.at.q};
-    solid_stand(q->w, s, &body_pose, &local);
+    collider_stand(q->w, s, &body_pose, &local);
     body_pose.p = vec_madd(vec_sub(body_pose.p, q->probe.at.p), -t, q->direction);
     *at = pose_mul(frame, q->probe.local);
     *there = pose_mul(body_pose, local);
 }
 
 /* About the origin of the probe's frame, when that has gone on by t. */
-static narrow_result ask(const search *q, double t, const solid *s, double range)
+static narrow_result ask(const search *q, double t, const collider *s, double range)
 {
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = q->tolerance, .range = range};
     pose at, there;
@@ -60,7 +60,7 @@ static narrow_result ask(const search *q, double t, const solid *s, double range
     return r;
 }
 
-static world_hit hit_of(const search *q, const solid *s, const narrow_result *r, double t)
+static world_hit hit_of(const search *q, const collider *s, const narrow_result *r, double t)
 {
     vec3 origin = vec_madd(q->probe.at.p, t, q->direction);
     const body *b = &q->w->bodies.at[s->body];
@@ -96,13 +96,13 @@ static bool comes_before(const world_hit *x, const world_hit *y)
 enum { CAST_STEPS_MAX = 256, CAST_STEPS_MESH_MAX = 4096, TOUCH_STEPS_MAX = 40 };
 
 /* Of a mesh or a compound no plane separates more than what is nearest. */
-static bool is_convex(const solid *s)
+static bool is_convex(const collider *s)
 {
     return s->shape.type < SHAPE_CONVEX_COUNT;
 }
 
 /* By what length does it touch for certain? Steps on from `t`, ever farther; infinite if it only grazes. */
-static double touches_by(const search *q, const solid *s, double t, double gap)
+static double touches_by(const search *q, const collider *s, double t, double gap)
 {
     double step = fmax(gap, q->tolerance);
     for (int i = 0; i < TOUCH_STEPS_MAX && t <= q->asked; i++) {
@@ -116,7 +116,7 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
 }
 
 /* Is all of the shape behind the probe? */
-static bool has_passed(const search *q, const solid *s, double t)
+static bool has_passed(const search *q, const collider *s, double t)
 {
     pose at, there;
     place(q, t, s, &at, &there);
@@ -129,7 +129,7 @@ static bool has_passed(const search *q, const solid *s, double t)
  * moved on, up to where it meets that plane, and for good if it never does; beside a mesh or a compound, the distance
  * itself. Ends within the tolerance of the surface: it is free up to lo, and touches by hi. (Van den Bergen, "Ray
  * casting against general convex objects", 2004, with certified bounds.) */
-static bool cast_shape(const search *q, const solid *s, world_hit *hit)
+static bool cast_shape(const search *q, const collider *s, world_hit *hit)
 {
     search fine = *q;
     fine.tolerance = 0.25 * q->tolerance;
@@ -156,7 +156,7 @@ static bool cast_shape(const search *q, const solid *s, world_hit *hit)
 static bool cast_visit(void *context, uint32_t proxy)
 {
     search *q = context;
-    const solid *s = &q->w->solids.at[proxy];
+    const collider *s = &q->w->colliders.at[proxy];
     world_hit hit;
     if (!world_may_go_on(q->out)) return false;
     if (!concerns(q, s) || !cast_shape(q, s, &hit)) return true;
@@ -202,8 +202,8 @@ void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double
 /* ---- along a motion ---- */
 
 typedef struct moving {
-    search q; /* q.length: s, nothing after it is of interest */
-    const solid *of;
+    search q; /* q.length: s, nothing after it is of subscription */
+    const collider *of;
     motion motion;
 } moving;
 
@@ -211,14 +211,14 @@ static bool sweep_visit(void *context, uint32_t proxy)
 {
     moving *m = context;
     const world *w = m->q.w;
-    const solid *s = &w->solids.at[proxy], *x = m->of;
+    const collider *s = &w->colliders.at[proxy], *x = m->of;
     const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[s->body];
     if (!world_may_go_on(m->q.out)) return false;
     if (!concerns(&m->q, s) || !pair_get_terms(w, a, b).checked) return true;
     toi_mover mover = {&x->shape, x->local, m->motion}, still = {&s->shape, s->local, {.start = b->pose}};
     toi_request request = {.span = m->q.length, .tolerance = m->q.tolerance};
     toi_result t;
-    bool in_order = solids_in_order(w, x, s);
+    bool in_order = colliders_in_order(w, x, s);
     const toi_mover *first = in_order ? &mover : &still, *second = in_order ? &still : &mover;
     toi_find(first, second, &request, VEC_ZERO, w->scratch[0], &t);
     if (t.status == TOI_FREE) return true;
@@ -258,7 +258,7 @@ void world_query_sweep(const world *w, uint32_t id, vec3 linear, vec3 angular, d
                     .out = out},
         .motion = {b->pose, linear, angular}};
     for (size_t k = 0; k < b->shape_count; k++) {
-        m.of = &w->solids.at[b->shapes[k]];
+        m.of = &w->colliders.at[b->shapes[k]];
         aabb box = motion_bounds(&m.motion, &m.of->shape, m.of->local, m.q.length);
         broad_query_box(w->broad, aabb_grow(box, m.q.tolerance), sweep_visit, &m);
     }
@@ -286,7 +286,7 @@ static void one_a_body(world_hits *hits)
 static bool overlap_visit(void *context, uint32_t proxy)
 {
     search *q = context;
-    const solid *s = &q->w->solids.at[proxy];
+    const collider *s = &q->w->colliders.at[proxy];
     if (!world_may_go_on(q->out)) return false;
     if (!concerns(q, s)) return true;
     narrow_result r = ask(q, 0, s, 0);
@@ -339,7 +339,7 @@ static double near_visit(void *context, uint32_t proxy, double distance)
 {
     nearest *n = context;
     search *q = &n->search;
-    const solid *s = &q->w->solids.at[proxy];
+    const collider *s = &q->w->colliders.at[proxy];
     (void)distance;
     if (!world_may_go_on(q->out)) return -1; /* nothing is so near: it ends */
     if (!concerns(q, s)) return range_left(n);
@@ -372,9 +372,9 @@ void world_query_nearest_to(
     if (!most || !world_body_name(w, id)) return;
     const body *b = &w->bodies.at[id];
     for (size_t i = 0; i < b->shape_count; i++) {
-        const solid *s = &w->solids.at[b->shapes[i]];
+        const collider *s = &w->colliders.at[b->shapes[i]];
         probe own = {.shape = &s->shape, .body = id};
-        solid_stand(w, s, &own.at, &own.local);
+        collider_stand(w, s, &own.at, &own.local);
         look_around(&n, &own);
     }
 }

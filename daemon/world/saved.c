@@ -4,9 +4,9 @@
 
 #include "base/hash.h"
 #include "geom/compound.h"
-#include "interest.h"
 #include "match.h"
 #include "state.h"
+#include "subscription.h"
 
 #include <stdlib.h>
 
@@ -101,18 +101,18 @@ static compound *get_compound(bytes_in *from, const world_lender *l)
     return c;
 }
 
-/* Solids whose search has been put off, and ghosts that leave, in the order of their ids. */
+/* Colliders whose search has been put off, and ghosts that leave, in the order of their ids. */
 typedef struct put_off {
-    uint32_t solid;
+    uint32_t collider;
     bool refiltered, leaves;
     uint64_t asked;
-} put_off_solid;
-typedef ARRAY(put_off_solid) unsearched;
+} put_off_collider;
+typedef ARRAY(put_off_collider) unsearched;
 
-static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_lender *l)
+static void put_collider(bytes_out *to, const world *w, uint32_t id, const world_lender *l)
 {
-    const solid *s = &w->solids.at[id];
-    solid bare = *s;
+    const collider *s = &w->colliders.at[id];
+    collider bare = *s;
     bare.shape = (shape){0};
     bare.own = NULL;
     bytes_put(to, &id, sizeof id);
@@ -146,14 +146,14 @@ static void put_box(world *w, uint32_t id, const broad_move *fat)
     broad_put(w->broad, &(broad_move){.proxy = id, .fixed = fat->fixed, .passive = fat->passive, .box = fat->box});
 }
 
-static const char *get_solid(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
+static const char *get_collider(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
 {
     uint32_t id;
-    solid s;
+    collider s;
     uint8_t is_compound = 0, search;
     broad_move fat;
     bytes_get(from, &id, sizeof id);
-    if (!bytes_get(from, &s, sizeof s) || id >= w->solids.count) return "a shape is cut off";
+    if (!bytes_get(from, &s, sizeof s) || id >= w->colliders.count) return "a shape is cut off";
     s.shape = (shape){0};
     s.own = NULL;
     s.shape.type = SHAPE_SPHERE;
@@ -163,7 +163,7 @@ static const char *get_solid(bytes_in *from, world *w, const world_lender *l, un
         if (leaves) bytes_get(from, &fat, sizeof fat);
         if (from->broken || (leaves && !is_box(&fat.box))) return "a shape that leaves has no box";
         if (leaves) put_box(w, id, &fat);
-        if (leaves) array_push(put_off, ((put_off_solid){.solid = id, .leaves = true}));
+        if (leaves) array_push(put_off, ((put_off_collider){.collider = id, .leaves = true}));
     } else {
         if (!get_shape(from, l, &s.shape)) return "a shape's hull or mesh is not there";
         bytes_get(from, &is_compound, 1);
@@ -176,9 +176,9 @@ static const char *get_solid(bytes_in *from, world *w, const world_lender *l, un
         put_box(w, id, &fat);
         uint64_t asked;
         if (bytes_get(from, &search, 1) && search && bytes_get(from, &asked, sizeof asked))
-            array_push(put_off, ((put_off_solid){.solid = id, .refiltered = search > 1, .asked = asked}));
+            array_push(put_off, ((put_off_collider){.collider = id, .refiltered = search > 1, .asked = asked}));
     }
-    w->solids.at[id] = s;
+    w->colliders.at[id] = s;
     w->dear += !s.ghost && slices_is_dear(&s);
     return NULL;
 }
@@ -255,12 +255,12 @@ static const char *get_body(bytes_in *from, world *w)
     return from->broken ? "a body is cut off" : NULL;
 }
 
-/* ---- interests ---- */
+/* ---- subscriptions ---- */
 
-static void put_interest(bytes_out *to, const world *w, uint32_t id)
+static void put_subscription(bytes_out *to, const world *w, uint32_t id)
 {
-    const interest *i = &w->interests.at[id];
-    interest bare = *i;
+    const subscription *i = &w->subscriptions.at[id];
+    subscription bare = *i;
     bare.select_a = bare.select_b = NULL;
     bare.held.at = NULL;
     bare.held.count = bare.held.capacity = 0;
@@ -275,12 +275,12 @@ static void put_interest(bytes_out *to, const world *w, uint32_t id)
     bytes_put(to, i->held.at, i->held.count * sizeof *i->held.at);
 }
 
-static const char *get_interest(bytes_in *from, world *w)
+static const char *get_subscription(bytes_in *from, world *w)
 {
     uint32_t id;
-    interest i;
+    subscription i;
     bytes_get(from, &id, sizeof id);
-    if (!bytes_get(from, &i, sizeof i) || id >= w->interests.count) return "an interest is cut off";
+    if (!bytes_get(from, &i, sizeof i) || id >= w->subscriptions.count) return "a subscription is cut off";
     i.select_a = base_strdup(bytes_get_text(from));
     i.select_b = base_strdup(bytes_get_text(from));
     i.held.at = NULL;
@@ -292,8 +292,8 @@ static const char *get_interest(bytes_in *from, world *w)
     array_reserve(&i.held, held);
     bytes_get(from, i.held.at, held * sizeof *i.held.at);
     i.held.count = held;
-    w->interests.at[id] = i;
-    return from->broken ? "an interest is cut off" : NULL;
+    w->subscriptions.at[id] = i;
+    return from->broken ? "a subscription is cut off" : NULL;
 }
 
 /* ---- pairs and watches ---- */
@@ -318,7 +318,8 @@ static const char *get_pair(bytes_in *from, world *w)
     uint32_t id;
     pair p;
     bytes_get(from, &id, sizeof id);
-    if (!bytes_get(from, &p, sizeof p) || id >= w->pairs.count || p.a >= w->solids.count || p.b >= w->solids.count)
+    if (!bytes_get(from, &p, sizeof p) || id >= w->pairs.count || p.a >= w->colliders.count ||
+        p.b >= w->colliders.count)
         return "a pair is cut off";
     p.cache = bare_cache(&p.cache);
     p.edition = 0;
@@ -334,13 +335,13 @@ typedef enum names { NAMES_NONE, NAMES_STRAIGHT, NAMES_TURNED } names; /* whose 
 static uint8_t names_of(const world *w, const pair *p, const world_event *e)
 {
     if (!e->name_a) return NAMES_NONE;
-    const body *a = &w->bodies.at[w->solids.at[p->a].body];
+    const body *a = &w->bodies.at[w->colliders.at[p->a].body];
     return e->name_a == a->name ? NAMES_STRAIGHT : NAMES_TURNED;
 }
 
 static void give_names(const world *w, const pair *p, uint8_t which, world_event *e)
 {
-    const char *a = w->bodies.at[w->solids.at[p->a].body].name, *b = w->bodies.at[w->solids.at[p->b].body].name;
+    const char *a = w->bodies.at[w->colliders.at[p->a].body].name, *b = w->bodies.at[w->colliders.at[p->b].body].name;
     e->name_a = which == NAMES_NONE ? NULL : which == NAMES_STRAIGHT ? a : b;
     e->name_b = which == NAMES_NONE ? NULL : which == NAMES_STRAIGHT ? b : a;
 }
@@ -374,7 +375,7 @@ static void put_watch(bytes_out *to, const world *w, uint32_t id)
     bytes_put(to, &id, sizeof id);
     bytes_put(to, v, WATCH_HEAD);
     put_event(to, w, p, &v->last);
-    put_event(to, w, p, &v->foretold);
+    put_event(to, w, p, &v->predicted);
 }
 
 static const char *get_watch(bytes_in *from, world *w)
@@ -383,10 +384,10 @@ static const char *get_watch(bytes_in *from, world *w)
     watch v = {.used = false};
     bytes_get(from, &id, sizeof id);
     if (!bytes_get(from, &v, WATCH_HEAD) || id >= w->watches.count || v.pair >= w->pairs.count ||
-        v.interest >= w->interests.count || !w->pairs.at[v.pair].used)
+        v.subscription >= w->subscriptions.count || !w->pairs.at[v.pair].used)
         return "a watch is cut off";
     get_event(from, w, &w->pairs.at[v.pair], &v.last);
-    get_event(from, w, &w->pairs.at[v.pair], &v.foretold);
+    get_event(from, w, &w->pairs.at[v.pair], &v.predicted);
     w->watches.at[id] = v;
     return from->broken ? "a watch is cut off" : NULL;
 }
@@ -403,11 +404,11 @@ typedef struct head {
 
 uint64_t world_saved_layout(void)
 {
-    const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
-        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse), sizeof(payer),
-        sizeof(past_way), offsetof(body, past), offsetof(body, effort), offsetof(body, passed), offsetof(body, name),
-        offsetof(interest, events), offsetof(pair, swept_tick), offsetof(pair, standing), offsetof(pair, cache),
-        offsetof(pair, payer), offsetof(watch, last)};
+    const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
+        sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
+        sizeof(payer), sizeof(past_way), offsetof(body, past), offsetof(body, effort), offsetof(body, passed),
+        offsetof(body, name), offsetof(subscription, events), offsetof(pair, swept_tick), offsetof(pair, standing),
+        offsetof(pair, cache), offsetof(pair, payer), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -436,25 +437,25 @@ static bool is_whole(const world *w, uint32_t a, uint32_t b)
     return id != PAIR_MAP_NONE && !w->pairs.at[id].lingers;
 }
 
-/* Where searches have been put off, or not all bodies have been looked at for an interest, the boxes do not say what
+/* Where searches have been put off, or not all bodies have been looked at for a subscription, the boxes do not say what
  * the pairs are: all of them are told. */
 typedef struct left_out {
     const world *w;
-    uint32_t solid;
+    uint32_t collider;
     ARRAY(uint64_t) keys;
 } left_out;
 
 static void list_left_out(void *context, uint32_t other)
 {
     left_out *l = context;
-    if (l->solid < other && !is_whole(l->w, l->solid, other)) array_push(&l->keys, pair_key(l->solid, other));
+    if (l->collider < other && !is_whole(l->w, l->collider, other)) array_push(&l->keys, pair_key(l->collider, other));
 }
 
 static void put_left_out(bytes_out *to, const world *w)
 {
     left_out l = {.w = w};
-    for (l.solid = 0; l.solid < w->solids.count && w->figures.pairs_left_out; l.solid++)
-        if (w->solids.at[l.solid].used) broad_each_pair_of(w->broad, l.solid, list_left_out, &l);
+    for (l.collider = 0; l.collider < w->colliders.count && w->figures.pairs_left_out; l.collider++)
+        if (w->colliders.at[l.collider].used) broad_each_pair_of(w->broad, l.collider, list_left_out, &l);
     PUT_LIST(to, &l.keys);
     array_free(&l.keys);
 }
@@ -463,11 +464,12 @@ size_t world_saved_size(const world *w)
 {
     enum { TEXTS = 64, BESIDE = 32 };
     size_t a_body = sizeof(body) + TEXTS + BESIDE;
-    size_t a_solid = sizeof(solid) + sizeof(shape) + sizeof(broad_move) + BESIDE;
+    size_t a_collider = sizeof(collider) + sizeof(shape) + sizeof(broad_move) + BESIDE;
     size_t a_watch = WATCH_HEAD + sizeof(world_event) + BESIDE;
-    return sizeof(head) + w->bodies.count * a_body + w->solids.count * a_solid +
+    return sizeof(head) + w->bodies.count * a_body + w->colliders.count * a_collider +
            w->pairs.count * (sizeof(pair) + BESIDE) + w->watches.count * a_watch +
-           w->interests.count * (sizeof(interest) + TEXTS + BESIDE) + w->expiries.count * sizeof *w->expiries.at;
+           w->subscriptions.count * (sizeof(subscription) + TEXTS + BESIDE) +
+           w->expiries.count * sizeof *w->expiries.at;
 }
 
 void world_save(const world *w, const world_lender *l, bytes_out *to)
@@ -491,18 +493,18 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .epoch = w->epoch,
         .figures = w->figures};
     bytes_put(to, &h, sizeof h);
-    const id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
+    const id_pool *pools[] = {&w->body_ids, &w->collider_ids, &w->subscription_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) put_pool(to, pools[i]);
-    EACH_USED(&w->interests, put_interest(to, w, id));
+    EACH_USED(&w->subscriptions, put_subscription(to, w, id));
     match_save(w, to);
     EACH_USED(&w->bodies, put_body(to, w, id));
-    EACH_USED(&w->solids, put_solid(to, w, id, l));
+    EACH_USED(&w->colliders, put_collider(to, w, id, l));
     EACH_USED(&w->pairs, put_pair(to, w, id));
     bool put_off = broad_unsearched_count(w->broad) || w->leaving.count;
     if (put_off || match_is_unsettled(&w->match)) put_left_out(to, w);
     EACH_USED(&w->watches, put_watch(to, w, id));
     PUT_LIST(to, &w->reap);
-    PUT_LIST(to, &w->reap_solids);
+    PUT_LIST(to, &w->reap_colliders);
     PUT_LIST(to, &w->expiries);
     PUT_LIST(to, &w->unfinished);
     PUT_LIST(to, &w->purses);
@@ -523,11 +525,11 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
 /* Ids that are written in the structs point to what is there. */
 static const char *check_ids(const world *w)
 {
-    for (size_t i = 0; i < w->solids.count; i++)
-        if (w->solids.at[i].used && w->solids.at[i].body >= w->bodies.count) return "a shape has no body";
+    for (size_t i = 0; i < w->colliders.count; i++)
+        if (w->colliders.at[i].used && w->colliders.at[i].body >= w->bodies.count) return "a shape has no body";
     for (size_t i = 0; i < w->bodies.count; i++)
         for (size_t k = 0; k < w->bodies.at[i].shape_count; k++)
-            if (w->bodies.at[i].shapes[k] >= w->solids.count) return "a body has no shape";
+            if (w->bodies.at[i].shapes[k] >= w->colliders.count) return "a body has no shape";
     return NULL;
 }
 
@@ -556,10 +558,10 @@ static const char *take_pairs(bytes_in *from, world *w, const unsearched *put_of
             good &= broad_take_pair(w->broad, w->pairs.at[id].a, w->pairs.at[id].b);
     for (size_t i = 0; i < keys.count; i++)
         good &= broad_take_pair(w->broad, (uint32_t)(keys.at[i] >> 32), (uint32_t)keys.at[i]);
-    for (size_t i = 0, k = 0; i < w->solids.count; i++) {
-        const put_off_solid *p = k < put_off->count && put_off->at[k].solid == i ? &put_off->at[k++] : NULL;
+    for (size_t i = 0, k = 0; i < w->colliders.count; i++) {
+        const put_off_collider *p = k < put_off->count && put_off->at[k].collider == i ? &put_off->at[k++] : NULL;
         if (p && p->leaves) broad_take_leaving(w->broad, (uint32_t)i);
-        if (!w->solids.at[i].used || w->solids.at[i].ghost) continue;
+        if (!w->colliders.at[i].used || w->colliders.at[i].ghost) continue;
         broad_take_searched(w->broad, (uint32_t)i, !p, p && p->refiltered);
         if (p) broad_take_asked(w->broad, (uint32_t)i, p->asked);
     }
@@ -574,10 +576,10 @@ static const char *take_pairs(bytes_in *from, world *w, const unsearched *put_of
             if ((wrong = (call)) != NULL) return wrong;                                                                \
     } while (0)
 
-static const char *restore_solids(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
+static const char *restore_colliders(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
 {
     const char *wrong;
-    GET_EACH(get_solid(from, w, l, put_off));
+    GET_EACH(get_collider(from, w, l, put_off));
     return NULL;
 }
 
@@ -587,8 +589,8 @@ static const char *restore_pairs(bytes_in *from, world *w, size_t left_out, cons
     size_t pairs = bytes_get_count(from, sizeof(pair));
     for (size_t i = 0; i < pairs; i++)
         if ((wrong = get_pair(from, w)) != NULL) return wrong;
-    bool told = put_off->count || match_is_unsettled(&w->match);
-    return told ? take_pairs(from, w, put_off) : settle_pairs(w, pairs - w->lingers, left_out);
+    bool reported = put_off->count || match_is_unsettled(&w->match);
+    return reported ? take_pairs(from, w, put_off) : settle_pairs(w, pairs - w->lingers, left_out);
 }
 
 const char *world_restore(world *w, const world_lender *l, bytes_in *from)
@@ -596,32 +598,32 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     head h;
     const char *wrong;
     if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
-    id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
+    id_pool *pools[] = {&w->body_ids, &w->collider_ids, &w->subscription_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) get_pool(from, pools[i]);
     if (from->broken) return "it is cut off";
     body_reserve(w, (size_t)w->body_ids.end + 1);
-    array_reserve_in_place(&w->solids, (size_t)w->solid_ids.end + 1);
-    array_reserve(&w->interests, (size_t)w->interest_ids.end + 1);
+    array_reserve_in_place(&w->colliders, (size_t)w->collider_ids.end + 1);
+    array_reserve(&w->subscriptions, (size_t)w->subscription_ids.end + 1);
     array_reserve_in_place(&w->pairs, (size_t)w->pair_ids.end + 1);
     array_reserve_in_place(&w->watches, (size_t)w->watch_ids.end + 1);
     MAKE_PLACES(&w->bodies, &w->body_ids);
-    MAKE_PLACES(&w->solids, &w->solid_ids);
-    MAKE_PLACES(&w->interests, &w->interest_ids);
+    MAKE_PLACES(&w->colliders, &w->collider_ids);
+    MAKE_PLACES(&w->subscriptions, &w->subscription_ids);
     MAKE_PLACES(&w->pairs, &w->pair_ids);
     MAKE_PLACES(&w->watches, &w->watch_ids);
-    GET_EACH(get_interest(from, w));
-    interest_restored(w);
+    GET_EACH(get_subscription(from, w));
+    subscription_restored(w);
     if ((wrong = match_restore(w, from)) != NULL) return wrong;
     GET_EACH(get_body(from, w));
     unsearched put_off = {0};
-    wrong = restore_solids(from, w, l, &put_off);
+    wrong = restore_colliders(from, w, l, &put_off);
     if (!wrong) wrong = check_ids(w);
     if (!wrong) wrong = restore_pairs(from, w, h.figures.pairs_left_out, &put_off);
     array_free(&put_off);
     if (wrong) return wrong;
     GET_EACH(get_watch(from, w));
     GET_LIST(from, &w->reap);
-    GET_LIST(from, &w->reap_solids);
+    GET_LIST(from, &w->reap_colliders);
     GET_LIST(from, &w->expiries);
     GET_LIST(from, &w->unfinished);
     GET_LIST(from, &w->purses);
@@ -637,7 +639,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     for (size_t i = 0; i < w->held_now.count; i++)
         if (w->held_now.at[i] >= w->bodies.count) return "a body that is held is not there";
     for (size_t i = 0; i < w->leaving.count; i++)
-        if (w->leaving.at[i] >= w->solids.count) return "a shape that leaves is not there";
+        if (w->leaving.at[i] >= w->colliders.count) return "a shape that leaves is not there";
     leaving_restored(w);
     w->due = (size_t)h.due;
     w->parked = (size_t)h.parked;

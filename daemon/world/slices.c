@@ -14,9 +14,9 @@
  * that are due: nobody's work is done at the cost of those that he has surrounded with his bodies.
  *
  * Units are counts, so that all of it follows from the commands and the slices. */
-#include "interest.h"
 #include "match.h"
 #include "state.h"
+#include "subscription.h"
 
 #include <stdlib.h>
 
@@ -152,7 +152,7 @@ void slices_forget(world *w, uint32_t id)
 typedef struct turn {
     world *w;
     const body *body;
-    uint32_t solid;
+    uint32_t collider;
     uint64_t spent;
     bool left;       /* something was, to another body's turn; ... */
     bool left_new;   /* ... and a search found it */
@@ -170,7 +170,7 @@ static bool is_left_to(const turn *t, const body *other)
 static bool leave_to_other(void *context, uint32_t other)
 {
     turn *t = context;
-    bool left = is_left_to(t, &t->w->bodies.at[t->w->solids.at[other].body]);
+    bool left = is_left_to(t, &t->w->bodies.at[t->w->colliders.at[other].body]);
     t->left_new |= left;
     return left;
 }
@@ -179,7 +179,7 @@ static bool leave_to_other(void *context, uint32_t other)
 static uint64_t activate_found(world *w, uint32_t id)
 {
     pair *p = &w->pairs.at[id];
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     bool is_new = p->asked_epoch == 0 && p->first_watch == WORLD_NONE;
     if (!is_new || !(slices_is_dear(a) || slices_is_dear(b))) return pair_activate(w, id);
     uint64_t x = w->bodies.at[a->body].changed_tick, y = w->bodies.at[b->body].changed_tick;
@@ -189,17 +189,17 @@ static uint64_t activate_found(world *w, uint32_t id)
 
 typedef enum searched { ALL_FOUND, CUT_OFF, NO_ROOM } searched;
 
-static searched search_solid(turn *t, uint32_t solid, uint64_t units)
+static searched search_collider(turn *t, uint32_t collider, uint64_t units)
 {
     world *w = t->w;
     broad_changes changes;
     uint64_t spent, left = t->spent < units ? units - t->spent : 0;
-    if (!broad_is_unsearched(w->broad, solid)) return ALL_FOUND;
+    if (!broad_is_unsearched(w->broad, collider)) return ALL_FOUND;
     size_t most = broad_most(w), kept = payers_kept_for(w, t->body);
     if (most != SIZE_MAX) most += kept;
     broad_set_limit(w->broad, w->slice, most);
     t->searched++;
-    bool whole = broad_search(w->broad, solid, left, leave_to_other, t, &changes, &spent);
+    bool whole = broad_search(w->broad, collider, left, leave_to_other, t, &changes, &spent);
     t->spent += spent;
     for (size_t i = 0; i < changes.ended_count; i++) {
         uint32_t id = pair_part(w, changes.ended[i].a, changes.ended[i].b);
@@ -223,9 +223,9 @@ static bool is_done(const turn *t, const body *other)
 static bool is_waiting(turn *t, uint32_t other, uint32_t *id)
 {
     world *w = t->w;
-    const body *o = &w->bodies.at[w->solids.at[other].body];
+    const body *o = &w->bodies.at[w->colliders.at[other].body];
     if (is_done(t, o)) return false;
-    *id = pair_find(w, t->solid, other);
+    *id = pair_find(w, t->collider, other);
     if (*id == PAIR_MAP_NONE) return false;
     bool changed_now = t->body->changed_tick == w->figures.ticks; /* then it has not been decided since, but here */
     if (!changed_now && !pair_is_pending(w, &w->pairs.at[*id])) return false;
@@ -278,7 +278,7 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
     enum { SOME_AT_LEAST = 64 };
     queue q = {.turn = t};
     for (size_t i = 0; i < b->shape_count; i++) {
-        t->solid = b->shapes[i];
+        t->collider = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], list_with, &q);
     }
     bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
@@ -300,7 +300,7 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
 /* Not if it has them among far more that it has none with. */
 static bool is_hub(const world *w, size_t pairs)
 {
-    return pairs > HUGE_PAIRS || (pairs > HUB_PAIRS && pairs * 4 >= w->solids.count);
+    return pairs > HUGE_PAIRS || (pairs > HUB_PAIRS && pairs * 4 >= w->colliders.count);
 }
 
 /* By the ids of the others, from where the last turn ended: a pass over all of them may take many ticks. What it has
@@ -315,8 +315,8 @@ static bool activate_by_ids(turn *t, body *b, uint64_t units)
         b->pass_shape = b->pass_next = b->pass_left = 0;
     }
     for (; b->pass_shape < b->shape_count; b->pass_shape++, b->pass_next = 0) {
-        t->solid = b->shapes[b->pass_shape];
-        for (; b->pass_next < w->solids.count; b->pass_next++, seen++) {
+        t->collider = b->shapes[b->pass_shape];
+        for (; b->pass_next < w->colliders.count; b->pass_next++, seen++) {
             bool some = seen < SOME_AT_LEAST && t->spent - before < A_MILLISECOND;
             if (!some && t->spent >= units) {
                 b->pass_left |= t->left;
@@ -324,7 +324,8 @@ static bool activate_by_ids(turn *t, body *b, uint64_t units)
             }
             uint32_t id;
             t->spent += A_LOOK_UP;
-            if (w->solids.at[b->pass_next].used && is_waiting(t, b->pass_next, &id)) t->spent += pair_activate(w, id);
+            if (w->colliders.at[b->pass_next].used && is_waiting(t, b->pass_next, &id))
+                t->spent += pair_activate(w, id);
         }
     }
     t->left |= b->pass_left;
@@ -341,7 +342,7 @@ typedef struct prices {
 static void add_price(void *context, uint32_t other)
 {
     prices *p = context;
-    p->sum += p->w->solids.at[other].overlapping;
+    p->sum += p->w->colliders.at[other].overlapping;
 }
 
 /* May its pairs take more than that, though they are few? What is cheap is not added up. */
@@ -351,7 +352,7 @@ static bool may_take_more(const world *w, const body *b, uint64_t units)
     if (!w->dear) return false;
     for (size_t i = 0; i < b->shape_count; i++) {
         broad_each_pair_of(w->broad, b->shapes[i], add_price, &p);
-        p.sum += (double)broad_pairs_of(w->broad, b->shapes[i]) * w->solids.at[b->shapes[i]].overlapping;
+        p.sum += (double)broad_pairs_of(w->broad, b->shapes[i]) * w->colliders.at[b->shapes[i]].overlapping;
     }
     return p.sum > (double)units;
 }
@@ -365,7 +366,7 @@ static bool activate_pairs(turn *t, body *b, uint64_t units)
     bool many = pairs > MANY_PAIRS || (units != UINT64_MAX && may_take_more(t->w, b, units));
     if (many && units != UINT64_MAX) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
-        t->solid = b->shapes[i];
+        t->collider = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], activate_with, t);
     }
     return true;
@@ -387,7 +388,7 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     turn t = {.w = w, .body = b, .spent = A_BODY, .since = w->figures.ticks};
     taken how = WHOLE;
     for (size_t i = 0; i < b->shape_count; i++) {
-        searched s = search_solid(&t, b->shapes[i], units);
+        searched s = search_collider(&t, b->shapes[i], units);
         if (s == CUT_OFF) how = IN_PART;
         if (s == NO_ROOM && how == WHOLE) how = FULL;
     }
@@ -402,7 +403,7 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
 static void activate_at_once(void *context, uint32_t other, uint32_t *number)
 {
     turn *t = context;
-    if (*number == BROAD_NO_NUMBER) *number = pair_find(t->w, t->solid, other);
+    if (*number == BROAD_NO_NUMBER) *number = pair_find(t->w, t->collider, other);
     t->spent += A_PAIR_SEEN;
     bool on_list = *number == PAIR_MAP_NONE || t->w->pairs.at[*number].active_tick == t->w->figures.ticks;
     if (!on_list) t->spent += pair_activate(t->w, *number);
@@ -416,8 +417,8 @@ static bool take_at_once(world *w, uint32_t id, uint64_t *spent)
     turn t = {.w = w, .spent = A_BODY};
     if (b->pair_count > MANY_PAIRS || b->is_due) return false;
     for (size_t i = 0; i < b->shape_count && b->pair_count; i++) {
-        t.solid = b->shapes[i];
-        broad_each_number_of(w->broad, t.solid, activate_at_once, &t);
+        t.collider = b->shapes[i];
+        broad_each_number_of(w->broad, t.collider, activate_at_once, &t);
     }
     b->gathered_tick = w->figures.ticks;
     *spent += t.spent;
@@ -515,7 +516,7 @@ static void wake_concerned(world *w)
 {
     for (size_t word = 0; word < w->concerned.count; word++)
         for (uint64_t bits = w->concerned.at[word]; bits; bits &= bits - 1)
-            interest_wake_selecting(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
+            subscription_wake_selecting(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
 }
 
 static void find_concerned(world *w)
@@ -527,7 +528,7 @@ static void find_concerned(world *w)
     }
 }
 
-void slices_tell(world *w)
+void slices_report(world *w)
 {
     enum { NOW_AND_THEN = 32 }; /* ticks */
     bool some = w->due || w->parked;
@@ -544,9 +545,9 @@ static bool is_concerned(const world *w, uint32_t selector)
     return selector >> 6 < w->concerned.count && w->concerned.at[selector >> 6] >> (selector & 63) & 1;
 }
 
-bool slices_concern(const world *w, uint32_t interest)
+bool slices_concern(const world *w, uint32_t subscription)
 {
-    uint32_t of = w->interests.at[interest].selection;
+    uint32_t of = w->subscriptions.at[subscription].selection;
     if (of == WORLD_NONE || !w->concerned.count) return false;
     const uint32_t *s = w->match.selections.at[of].selectors;
     return is_concerned(w, s[0]) || is_concerned(w, s[1]);

@@ -1,5 +1,5 @@
-/* snapshot: everything that an interest has been told and that stands, told again, as of the tick in which it begins.
- * Tick thread.
+/* snapshot: everything that a subscription has been told and that stands, told again, as of the tick in which it
+ * begins. Tick thread.
  *
  * A large one is told in portions, so many events a tick, while the world goes on. What is to change meanwhile and has
  * not been told is told before it changes, as it was (snapshot_before); what begins meanwhile is not in it. So the
@@ -10,7 +10,7 @@
  * None of it counts for the hash: who asks for a snapshot, and when, is no command. So it takes nothing of the slice
  * that pairs are decided in. */
 #include "events.h"
-#include "interest.h"
+#include "subscription.h"
 
 #include <stdlib.h>
 
@@ -26,21 +26,21 @@ static void add_image(world *w, uint32_t id, world_event e, uint8_t kind, int64_
         e.hi = INFINITY;
         e.achieved = WORLD_WIDE;
     }
-    array_push(&w->interests.at[id].images, e);
+    array_push(&w->subscriptions.at[id].images, e);
 }
 
 void snapshot_take(world *w, uint32_t watch_no)
 {
     watch *v = &w->watches.at[watch_no];
-    uint32_t id = v->interest;
-    v->snap = w->interests.at[id].snap;
-    world_event last = v->touch_id || v->near_id ? v->last : v->foretold, foretold = v->foretold;
+    uint32_t id = v->subscription;
+    v->snap = w->subscriptions.at[id].snap;
+    world_event last = v->touch_id || v->near_id ? v->last : v->predicted, predicted = v->predicted;
     uint8_t unknown = v->unknown;
     if (v->touch_id || v->near_id) events_refresh_ages(w, v, &last);
-    if (v->foretold_id) events_refresh_ages(w, v, &foretold);
+    if (v->predicted_id) events_refresh_ages(w, v, &predicted);
     if (v->touch_id) add_image(w, id, last, EVENT_BEGIN, v->touch_id);
     if (v->near_id) add_image(w, id, last, EVENT_NEAR, v->near_id);
-    if (v->foretold_id) add_image(w, id, foretold, EVENT_FORETOLD, v->foretold_id);
+    if (v->predicted_id) add_image(w, id, predicted, EVENT_PREDICTED, v->predicted_id);
     if (unknown) add_image(w, id, *watch_last(v), EVENT_UNKNOWN, watch_id(v));
 }
 
@@ -57,19 +57,19 @@ static void add_stale_bodies(world *w, uint32_t id)
 {
     for (uint32_t b = 0; w->figures.stale_bodies && b < w->bodies.count; b++) {
         const body *at = &w->bodies.at[b];
-        if (at->used && !at->ghost && at->stale && interest_has(w, id, at))
+        if (at->used && !at->ghost && at->stale && subscription_has(w, id, at))
             add_image(w, id, events_of_body(w, b), EVENT_UNKNOWN, 0);
     }
 }
 
 /* The whole state is not known before all bodies have been looked at for it, and what is told of it stands beside
  * nothing that was told under other terms. */
-static bool gets_snapshot(const interest *i)
+static bool gets_snapshot(const subscription *i)
 {
     return i->used && i->snapshot && !i->snapping && !i->closing && i->settling == SETTLED && !i->olds;
 }
 
-static void begin_snapshot(interest *i)
+static void begin_snapshot(subscription *i)
 {
     i->snapshot = false;
     i->snapping = i->images_begin = true;
@@ -79,11 +79,11 @@ static void begin_snapshot(interest *i)
 
 static void go_on(world *w, uint32_t id, size_t most)
 {
-    interest *i = &w->interests.at[id];
-    i->images_told = true;
+    subscription *i = &w->subscriptions.at[id];
+    i->images_reported = true;
     while (i->snap_next != WORLD_NONE && i->images.count < most) {
         uint32_t watch_no = i->snap_next;
-        i->snap_next = w->watches.at[watch_no].interest_next;
+        i->snap_next = w->watches.at[watch_no].subscription_next;
         if (w->watches.at[watch_no].snap != i->snap) snapshot_take(w, watch_no);
     }
     i->snapping = i->snap_next != WORLD_NONE;
@@ -96,7 +96,7 @@ void events_snapshots(world *w)
 {
     size_t count = 0;
     for (size_t k = 0; k < w->lively.count; k++) {
-        interest *i = &w->interests.at[w->lively.at[k]];
+        subscription *i = &w->subscriptions.at[w->lively.at[k]];
         if (gets_snapshot(i)) begin_snapshot(i);
         count += i->used && i->snapping;
     }
@@ -105,8 +105,8 @@ void events_snapshots(world *w)
     w->snapping = 0;
     for (size_t k = 0; count && k < w->lively.count; k++) {
         uint32_t id = (uint32_t)w->lively.at[k];
-        if (!w->interests.at[id].used || !w->interests.at[id].snapping) continue;
+        if (!w->subscriptions.at[id].used || !w->subscriptions.at[id].snapping) continue;
         go_on(w, id, most);
-        w->snapping += w->interests.at[id].snapping;
+        w->snapping += w->subscriptions.at[id].snapping;
     }
 }

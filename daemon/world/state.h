@@ -1,8 +1,9 @@
 /* state: the world's own structures, shared by the files of this folder only.
  *
- * Bodies, shapes, interests, pairs and watches lie in arrays under dense ids. A pair exists while the fat boxes of two
- * shapes meet and somebody is interested; a watch exists while an interest has been told something of a pair that is
- * not over. A removed body stays as a ghost until the next tick has told its ends and the one after has begun. */
+ * Bodies, shapes, subscriptions, pairs and watches lie in arrays under dense ids. A pair exists while the fat boxes of
+ * two shapes meet and somebody is interested; a watch exists while a subscription has been told something of a pair
+ * that is not over. A removed body stays as a ghost until the next tick has told its ends and the one after has begun.
+ */
 #ifndef COLLIDED_WORLD_STATE_H
 #define COLLIDED_WORLD_STATE_H
 
@@ -66,7 +67,7 @@ typedef struct body {
     bool moved : 1;   /* between `before` and `pose`, on a way that may be swept */
     bool detours : 1; /* it has teleported or passed something since the last tick */
     bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
-    bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see solid_pose */
+    bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see collider_pose */
     uint8_t speed;    /* SPEED_...; follows these bits: see move.c */
     uint32_t effort;  /* units that it takes to put its boxes anew: see effort.c */
 
@@ -82,8 +83,8 @@ typedef struct body {
     /* What a tick looks at of each body that it takes, and of each beside it: one cache line. */
     _Alignas(64) uint32_t *shapes;
     size_t shape_count;
-    double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
-    double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
+    double widen;   /* m, half of the farthest range that a subscription wants of it, and all of its rules' reach */
+    double horizon; /* s: the farthest that a subscription wants predicted of it: its box holds all that it may do */
     uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
     uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
                                date; see slices.c */
@@ -92,7 +93,7 @@ typedef struct body {
     bool fixed;
     bool refilter; /* its filters are put again, too */
     bool held, stale;
-    bool impacts; /* an interest wants its impacts: its box holds its way */
+    bool impacts; /* a subscription wants its impacts: its box holds its way */
     bool is_due, is_parked;
     bool teleported; /* since the last tick */
 
@@ -119,20 +120,20 @@ typedef struct body {
     bool queued;  /* ... or it waits among match.unmatched */
 
     uint64_t owner;                       /* as it was put */
-    uint32_t leaving;                     /* solids that were its, and leave */
+    uint32_t leaving;                     /* colliders that were its, and leave */
     bool past_listed;                     /* among world.past_bodies */
     bool left_new;                        /* in left_tick: by a search */
     bool past_lost;                       /* its shapes have changed, or it is gone, before all was decided */
     bool kept;                            /* a ghost that may not be reaped yet: it leaves; see leaving.c */
     uint32_t weight;                      /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
-    ARRAY(waypoint) passed;               /* between `before` and `pose`, while an interest in impacts is there */
+    ARRAY(waypoint) passed;               /* between `before` and `pose`, while a subscription in impacts is there */
     world_ccd ccd;
     ARRAY(past_way) past;           /* of ticks that are over, while pairs wait for it: see past.c */
     const past_way *as_of;          /* of a copy that past_body made; NULL: as it is now */
-    uint64_t past_told;             /* the tick up to which it was told that some may have been dropped */
+    uint64_t past_reported;         /* the tick up to which it was told that some may have been dropped */
     uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
-    uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that solid */
+    uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that collider */
     bool pass_left;                 /* it has left a pair to another body */
     uint64_t past_since, left_tick; /* the tick up to which nothing is kept any more; in which a pair was left, or 0 */
     vec3 linear, angular;           /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
@@ -146,10 +147,10 @@ _Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) =
                    offsetof(body, name) == offsetof(body, deadline_ns) + 64,
     "a line each");
 
-typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
+typedef struct collider { /* a shape of a body: the broad phase's proxy under the same id */
     shape shape;
     pose local;
-    pose world;    /* where it was settled last: solid_pose, unless it is in a pair */
+    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
     aabb box;      /* of the shape at `world`, not fat */
     compound *own; /* what shape.compound is, or NULL */
     double reach;  /* of the shape about its own origin */
@@ -159,7 +160,7 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
     bool used, ghost;
     bool kept; /* as a body's */
-} solid;
+} collider;
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
     uint64_t filter_a, filter_b; /* body.ruling; 0: none is kept */
@@ -169,16 +170,16 @@ typedef struct ruling {          /* what the filters of two bodies say, as long 
 } ruling;
 
 typedef struct watch {
-    uint32_t pair, interest;
-    uint32_t pair_next; /* of the same pair, by rising interest */
-    uint32_t interest_next, interest_prev;
-    uint32_t snap; /* the interest's snapshot that it is in, or of which it is too late to be one */
-    int64_t touch_id, near_id, foretold_id;    /* 0 = not */
-    bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
-    bool listed;                               /* for drop_void_held */
-    bool recovered;                            /* known again in this tick: its state follows, be it new or not */
-    world_event last;                          /* of contact and nearness */
-    world_event foretold;                      /* the last one that was foretold */
+    uint32_t pair, subscription;
+    uint32_t pair_next; /* of the same pair, by rising subscription */
+    uint32_t subscription_next, subscription_prev;
+    uint32_t snap; /* the subscription's snapshot that it is in, or of which it is too late to be one */
+    int64_t touch_id, near_id, predicted_id;    /* 0 = not */
+    bool used, unknown, dirty, predicted_dirty; /* dirty: an update that the rate held back */
+    bool listed;                                /* for drop_void_held */
+    bool recovered;                             /* known again in this tick: its state follows, be it new or not */
+    world_event last;                           /* of contact and nearness */
+    world_event predicted;                      /* the last one that was predicted */
 } watch;
 
 typedef struct standing { /* bounds that were told, widened by a slack: they hold while B moves by at most that */
@@ -191,13 +192,13 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
 } standing;
 
 typedef struct pair {
-    _Alignas(64) uint32_t a; /* solids, in canonical order: this, ... */
+    _Alignas(64) uint32_t a; /* colliders, in canonical order: this, ... */
     uint32_t b;              /* ... and this */
     uint32_t first_watch;
     uint32_t wanted;      /* index of match.lists, as of ... */
     uint32_t edition;     /* ... match.edition; 0: of none */
     uint32_t asked_epoch; /* of world.epoch, for which ... */
-    double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
+    double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see cascade.c */
     uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
     double padding, margin; /* m: of its pair_terms, as is ... */
     int8_t looks;           /* ... this */
@@ -220,13 +221,13 @@ _Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at"
 
 enum { SETTLED, SETTLES_NEXT, SETTLES_NOW };
 
-typedef struct interest {
+typedef struct subscription {
     char *select_a, *select_b;
     unsigned facts;
     double threshold, range, hysteresis, tolerance, relative_tolerance, horizon;
     world_accuracy accuracy;
-    uint64_t work;       /* units of the ladder, since it was put */
-    size_t undone, told; /* pairs that the budget left in this tick, and in the last one that was told of */
+    uint64_t work;           /* units of the cascade, since it was put */
+    size_t undone, reported; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
     uint32_t selection;    /* of match.selections; WORLD_NONE: none */
     uint64_t changed_tick; /* the tick that its terms last changed for */
@@ -235,21 +236,21 @@ typedef struct interest {
     bool used, closing, snapshot, changed;
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
-    bool images_begin, images_told;   /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
-    bool snapping;                    /* one is under way: see snapshot.c; ... */
-    uint32_t snap, snap_next;         /* ... the number of it, or of the last one; and the watch that is next */
-    uint32_t first_watch, last_watch; /* of what it was told under its terms as they are; newest first */
-    uint32_t first_old, last_old;     /* of what it was told before they changed, or it closed: see closing.c; ... */
-    size_t watches, olds;             /* ... so many are, among all */
-    int64_t old_serial;               /* w->serial then */
-    ARRAY(uint32_t) held;             /* watches with an update held back by the rate, and some that have ended since */
+    bool images_begin, images_reported; /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
+    bool snapping;                      /* one is under way: see snapshot.c; ... */
+    uint32_t snap, snap_next;           /* ... the number of it, or of the last one; and the watch that is next */
+    uint32_t first_watch, last_watch;   /* of what it was told under its terms as they are; newest first */
+    uint32_t first_old, last_old;       /* of what it was told before they changed, or it closed: see closing.c; ... */
+    size_t watches, olds;               /* ... so many are, among all */
+    int64_t old_serial;                 /* w->serial then */
+    ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
     ARRAY(world_event) images; /* of this tick's portion of a snapshot */
-} interest;
+} subscription;
 
-typedef struct interest_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
+typedef struct subscription_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
     size_t now, bounds, sweeps;
-} interest_counts;
+} subscription_counts;
 
 typedef struct expiry { /* when a body may become stale, unless a pose comes */
     int64_t time_ns;
@@ -257,7 +258,7 @@ typedef struct expiry { /* when a body may become stale, unless a pose comes */
 } expiry;
 
 typedef struct outcome { /* of one active pair in one tick */
-    uint8_t rung;
+    uint8_t stage;
     uint8_t asked;   /* narrow queries */
     bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
     bool coarse;     /* only bounds are asked for */
@@ -269,11 +270,11 @@ typedef struct outcome { /* of one active pair in one tick */
     uint32_t result; /* index into world.results otherwise */
 } outcome;
 
-typedef struct sweep { /* a search for a time of impact: one pair, one interest */
+typedef struct sweep { /* a search for a time of impact: one pair, one subscription */
     uint32_t active;   /* index into active_pairs */
-    uint32_t interest;
+    uint32_t subscription;
     uint64_t tick; /* whose way is searched */
-    bool foretells;
+    bool predicts;
     bool again; /* asks what the one before it asks */
     bool estimated;
     bool began;  /* in contact: that has been told */
@@ -295,7 +296,7 @@ typedef struct payer { /* an owner, and how many pairs are charged to him; 0: th
     uint32_t pairs;
 } payer;
 
-typedef struct leaver { /* so many solids of this owner leave */
+typedef struct leaver { /* so many colliders of this owner leave */
     uint64_t owner;
     size_t count;
 } leaver;
@@ -308,14 +309,14 @@ struct world {
     broad *broad;
 
     ARRAY(body) bodies; /* each begins a cache line: body_reserve */
-    ARRAY(solid) solids;
-    ARRAY(interest) interests;
+    ARRAY(collider) colliders;
+    ARRAY(subscription) subscriptions;
     ARRAY(pair) pairs;
     ARRAY(watch) watches;
-    id_pool body_ids, solid_ids, interest_ids, pair_ids, watch_ids;
-    pair_map pair_of; /* key of two solids -> pair */
+    id_pool body_ids, collider_ids, subscription_ids, pair_ids, watch_ids;
+    pair_map pair_of; /* key of two colliders -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
-    match match;      /* which interests want which bodies */
+    match match;      /* which subscriptions want which bodies */
     rule_sets rules;  /* what the patterns of rules say of names */
     ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
     uint64_t ruling;  /* counts filters, from 1 */
@@ -326,13 +327,13 @@ struct world {
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
-    ARRAY(uint32_t) changed_interests; /* since the last tick, or closed by it */
-    ARRAY(uint32_t) unsettled;         /* interests for which not all bodies have been looked at */
-    ARRAY(uint64_t) lively;            /* interests that may have something to be told; sort_keys sorts them */
-    size_t told_in_common;             /* what all interests were last told to be undone; see events_collect */
-    ARRAY(uint32_t) ghosts;            /* removed since the last tick */
-    ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
-    ARRAY(uint32_t) ghost_solids, reap_solids;
+    ARRAY(uint32_t) changed_subscriptions; /* since the last tick, or closed by it */
+    ARRAY(uint32_t) unsettled;             /* subscriptions for which not all bodies have been looked at */
+    ARRAY(uint64_t) lively;                /* subscriptions that may have something to be told; sort_keys sorts them */
+    size_t reported_in_common;             /* what all subscriptions were last told to be undone; see events_collect */
+    ARRAY(uint32_t) ghosts;                /* removed since the last tick */
+    ARRAY(uint32_t) reap;                  /* removed before it: ids free at the next */
+    ARRAY(uint32_t) ghost_colliders, reap_colliders;
     ARRAY(expiry) expiries;             /* a heap, see expiry.c */
     uint64_t ruled_tick, teleport_tick; /* the greatest of the bodies' */
     ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
@@ -348,11 +349,11 @@ struct world {
     ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
     bool lets_in;               /* pairs that were left out, ... */
-    uint32_t lets_in_next;      /* ... on from this solid's */
+    uint32_t lets_in_next;      /* ... on from this collider's */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
-    size_t olds;                /* of all interests */
-    size_t snapping;            /* interests, after the last tick */
+    size_t olds;                /* of all subscriptions */
+    size_t snapping;            /* subscriptions, after the last tick */
     uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
     ARRAY(purse) purses;
     uint32_t turn;       /* the purse that goes first */
@@ -361,29 +362,29 @@ struct world {
     pair_map payer_of;         /* owner -> place */
     uint32_t last_payer;       /* place of the last that was charged */
     size_t due, parked;        /* bodies; those that wait for max_pairs */
-    ARRAY(uint32_t) leaving;   /* solids that are gone but for their pairs, in the order in which they go on */
+    ARRAY(uint32_t) leaving;   /* colliders that are gone but for their pairs, in the order in which they go on */
     pair_map leaving_names;    /* hash of a name -> ghosts that leave, and had a name of that hash */
     ARRAY(leaver) leavers;     /* whose they are */
-    size_t dear;               /* solids of which a few pairs may be more than a slice: see slices_is_dear */
+    size_t dear;               /* colliders of which a few pairs may be more than a slice: see slices_is_dear */
     uint64_t pending;          /* pairs, at least, that wait */
     bool sliced;               /* in this tick something was put off, or had been */
     ARRAY(uint64_t) concerned; /* selectors that have a body which is due or parked: bits; made where some are */
     world_grant *grant;        /* NULL: no budget */
     void *grant_context;
-    uint64_t capacity;      /* units: what takes more is set aside; see work.c */
-    uint64_t next_bound;    /* key of the pair that is bounded first, if not all can be */
-    uint32_t epoch;         /* of the interests: counts their changes, from 1 */
-    interest_counts asking; /* by the commands; the tick goes by ... */
-    size_t askers;          /* ... these: interests in how pairs stand now; the first one */
+    uint64_t capacity;          /* units: what takes more is set aside; see work.c */
+    uint64_t next_bound;        /* key of the pair that is bounded first, if not all can be */
+    uint32_t epoch;             /* of the subscriptions: counts their changes, from 1 */
+    subscription_counts asking; /* by the commands; the tick goes by ... */
+    size_t askers;              /* ... these: subscriptions in how pairs stand now; the first one */
     uint32_t first_asker;
-    bool bounds_asked; /* by an interest */
+    bool bounds_asked; /* by a subscription */
     ARRAY(narrow_result) results;
-    ARRAY(sweep) sweeps;         /* in the order of active_pairs, then of interests */
+    ARRAY(sweep) sweeps;         /* in the order of active_pairs, then of subscriptions */
     size_t ccds;                 /* bodies with a mode of their own */
     ARRAY(uint32_t) past_bodies; /* that keep ways of ticks that are over; ... */
     size_t past_ways;            /* ... so many, all of them */
     uint64_t past_clear;         /* the last tick at whose end nothing was kept */
-    size_t sweepers;             /* interests that want impacts, or something foretold */
+    size_t sweepers;             /* subscriptions that want impacts, or something predicted */
     bool some_teleported;        /* since the last tick */
     int64_t last_tick_ns;
     ARRAY(world_batch) batches;
@@ -393,7 +394,7 @@ struct world {
     int64_t serial; /* of contacts */
     uint32_t body_serial;
     bool changed, some_glided; /* see world.h */
-    bool rematched;            /* since the last tick: some body is in an interest, or out of one, that it was not */
+    bool rematched;            /* since the last tick: some body is in a subscription, or out of one, that it was not */
     uint64_t hash;
     world_figures figures;
 };
@@ -431,7 +432,7 @@ void leaving_begin(world *w);                      /* a tick: may all that was r
 void leaving_go_on(world *w);                      /* ends what has been put off, as far as a slice goes */
 void leaving_ghost(world *w, uint32_t body);       /* it is one now */
 void leaving_restored(world *w);                   /* what follows from the list */
-bool leaving_holds(const world *w, const body *b); /* it is in no interest yet: what was called so has yet to end */
+bool leaving_holds(const world *w, const body *b); /* it is in no subscription yet: what was called so has yet to end */
 size_t leaving_of(const world *w, uint64_t owner);
 
 /* body_shapes.c */
@@ -443,10 +444,10 @@ static inline bool pose_same(pose a, pose b)
 bool body_same_shapes(const world *w, const body *b, const world_body *def);
 void body_add_shapes(world *w, uint32_t id, const world_body *def); /* to one that has none */
 void body_drop_shapes(world *w, body *b);
-void solid_free(solid *s); /* what it owns */
+void collider_free(collider *s); /* what it owns */
 
 /* payers.c */
-bool payers_allow(const world *w, uint32_t a, uint32_t b); /* may a pair of these solids begin? */
+bool payers_allow(const world *w, uint32_t a, uint32_t b); /* may a pair of these colliders begin? */
 size_t payers_open(size_t most);                           /* of so many pairs, those that may be anybody's */
 size_t payers_kept_for(const world *w, const body *b);     /* pairs beyond the most that are looked for around it */
 void payers_charge(world *w, pair *p);
@@ -458,28 +459,30 @@ const char *payers_validate(const world *w);
 void effort_measure(world *w, body *b);        /* its shapes are others */
 void effort_restored(world *w, const body *b); /* it has them */
 
-/* solid.c */
+/* collider.c */
 /* Where it is when its body is there. */
-static inline pose solid_at(pose body_pose, const solid *s)
+static inline pose collider_at(pose body_pose, const collider *s)
 {
     return s->at_origin ? body_pose : pose_mul(body_pose, s->local);
 }
 void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
-double body_margin(const world *w, const solid *s);
+double body_margin(const world *w, const collider *s);
 void body_account(world *w, uint32_t id);   /* it comes into a pair: its shapes are where it is, and it has a way */
 void body_settle_shapes(world *w, body *b); /* those that are behind stand where their body does */
-pose solid_pose(const world *w, const solid *s); /* in the world, as the last tick left it */
-/* The same as where its body is, and where it is in there: solid_pose rounds by the distance from the world's origin.
+pose collider_pose(const world *w, const collider *s); /* in the world, as the last tick left it */
+/* The same as where its body is, and where it is in there: collider_pose rounds by the distance from the world's
+ * origin.
  */
-void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local);
-pose solid_relative(const world *w, const solid *a, const solid *b); /* B's in A's frame, where the bodies are now */
-pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* as the last tick left them */
+void collider_stand(const world *w, const collider *s, pose *body_pose, pose *local);
+pose collider_relative(
+    const world *w, const collider *a, const collider *b); /* B's in A's frame, where the bodies are now */
+pose collider_settled_relative(const world *w, const collider *a, const collider *b); /* as the last tick left them */
 /* m: by how much a distance of two shapes, from their relative pose, may be off beyond what narrow.h allows for: the
  * rounding of where the shapes are on their bodies. 0 where both are at their bodies' origins. */
-double solid_relative_error(const world *w, const solid *a, const solid *b);
+double collider_relative_error(const world *w, const collider *a, const collider *b);
 /* Is A the first of the two in canonical order (narrow_ordered)? Where their shapes are equal, by the names of their
  * bodies, and of one body by the index: ids follow from the order of announcement, on which no answer may depend. */
-bool solids_in_order(const world *w, const solid *a, const solid *b);
+bool colliders_in_order(const world *w, const collider *a, const collider *b);
 
 /* move.c */
 static inline void body_set_pose(body *b, pose to, int64_t stamp_ns)
@@ -502,7 +505,7 @@ static inline bool may_glide(const world *w)
 enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is more is void, and dropped */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
 /* Units to tell of a pair that is unknown. */
-enum { TELL_UNKNOWN = 1000 };
+enum { REPORT_UNKNOWN = 1000 };
 void expiry_find(world *w);             /* fills stale_now and fresh_now, in the order of ids */
 int64_t expiry_next_ns(const world *w); /* not later than the next one; INT64_MAX: none */
 
@@ -511,13 +514,13 @@ bool pair_accept(void *context, uint32_t a, uint32_t b);
 typedef struct pair_terms { /* what the filters say of two bodies */
     bool checked;
     int looks;               /* 1: A looks at B alone, -1: B at A, 0: both (one-way bodies) */
-    double padding, margin;  /* m, added to threshold and range of every interest */
+    double padding, margin;  /* m, added to threshold and range of every subscription */
     const filter_rule *rule; /* that decided, or NULL */
     const char *why;
 } pair_terms;
 pair_terms pair_get_terms(const world *w, const body *a, const body *b);
-/* Units that it may take to hold the rules of two solids' bodies against each other, where that is more than usual: the
- * same whatever has been found before. A broad_price. */
+/* Units that it may take to hold the rules of two colliders' bodies against each other, where that is more than usual:
+ * the same whatever has been found before. A broad_price. */
 uint64_t pair_price(void *context, uint32_t a, uint32_t b);
 /* The same of a pair, without `rule` and `why`: they are kept with it. */
 static inline pair_terms pair_kept_terms(const pair *p)
@@ -537,29 +540,29 @@ size_t pair_most(const world *w); /* that may be looked at in this tick; SIZE_MA
 /* Have its bodies changed since it was decided? */
 static inline bool pair_is_pending(const world *w, const pair *p)
 {
-    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
     return p->active_tick < a->changed_tick || p->active_tick < b->changed_tick;
 }
 
 /* slices.c */
-void slices_begin(world *w);                            /* a tick: how far the broad phase may go */
-void slices_take(world *w);                             /* puts the pairs of this tick on the active list */
-void slices_forget(world *w, uint32_t body);            /* it is gone */
-bool slices_concern(const world *w, uint32_t interest); /* is one of its bodies due? */
-static inline bool slices_is_dear(const solid *s)
+void slices_begin(world *w);                                /* a tick: how far the broad phase may go */
+void slices_take(world *w);                                 /* puts the pairs of this tick on the active list */
+void slices_forget(world *w, uint32_t body);                /* it is gone */
+bool slices_concern(const world *w, uint32_t subscription); /* is one of its bodies due? */
+static inline bool slices_is_dear(const collider *s)
 {
     return s->overlapping >= 10000; /* units: a hundredth of a millisecond */
 }
-void slices_tell(world *w);        /* after the tick: what is pending */
+void slices_report(world *w);      /* after the tick: what is pending */
 void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
-/* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
- * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
-void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
-uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
+/* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two colliders and
+ * of the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
+void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs);
+uint32_t pair_find(const world *w, uint32_t collider_a, uint32_t collider_b);
 
 /* Has anybody been told how it stands? Then it is decided in full. */
-bool pair_is_told(const world *w, const pair *p);
-bool pair_is_foretold(const world *w, const pair *p);
+bool pair_is_reported(const world *w, const pair *p);
+bool pair_is_predicted(const world *w, const pair *p);
 
 /* way.c */
 enum { WAYPOINTS_MAX = 64 }; /* of a body in one tick; beyond it every other one is left out, and counted */
@@ -582,9 +585,10 @@ void body_pass(world *w, body *b); /* another pose is coming: the one that it ha
 bool body_way_turns(const body *b);
 bool body_has_course(const body *b);
 motion body_course(const body *b); /* from its pose on */
-aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box);
+aabb body_swept_bounds(const world *w, const body *b, const collider *s, aabb box);
 
-aabb body_way_bounds(const world *w, const body *b, const solid *s, aabb box); /* the same without what is foretold */
+aabb body_way_bounds(
+    const world *w, const body *b, const collider *s, aabb box); /* the same without what is predicted */
 
 /* past.c */
 static inline int64_t past_start_ns(const past_way *p)
@@ -622,13 +626,15 @@ void events_of_sweeps(world *w);
 void snapshot_take(world *w, uint32_t watch); /* as it stands, before it changes */
 static inline void snapshot_before(world *w, uint32_t watch)
 {
-    const interest *i = &w->interests.at[w->watches.at[watch].interest];
+    const subscription *i = &w->subscriptions.at[w->watches.at[watch].subscription];
     if (i->snapping && w->watches.at[watch].snap != i->snap) snapshot_take(w, watch);
 }
 void events_snapshots(world *w);
 
 /* What the files of events share is in events.h. watch.c */
-enum { SPARE_HELD = 64 }; /* updates held back beside two a watch of an interest: what is more is void, and dropped */
+enum {
+    SPARE_HELD = 64
+}; /* updates held back beside two a watch of a subscription: what is more is void, and dropped */
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_unmatched(world *w);
 

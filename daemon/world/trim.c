@@ -15,7 +15,7 @@ void world_set_pairs_most(world *w, size_t most)
         if ((list)->at) base_give_pages_back((list)->at + used, ((list)->capacity - used) * sizeof *(list)->at);       \
     } while (0)
 
-static void trim_interest(interest *i)
+static void trim_subscription(subscription *i)
 {
     i->events.count = 0; /* as the next tick begins with */
     array_trim(&i->events);
@@ -28,7 +28,7 @@ void world_trim(world *w)
 {
     GIVE_UNUSED_BACK(&w->pairs, &w->pair_ids);
     GIVE_UNUSED_BACK(&w->watches, &w->watch_ids);
-    for (size_t i = 0; i < w->interests.count; i++) trim_interest(&w->interests.at[i]);
+    for (size_t i = 0; i < w->subscriptions.count; i++) trim_subscription(&w->subscriptions.at[i]);
     w->active.count = w->active_pairs.count = w->outcomes.count = w->open.count = w->needs.count = 0;
     w->results.count = w->sweeps.count = w->sort_scratch.count = 0;
     array_trim(&w->active);

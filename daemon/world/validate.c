@@ -1,15 +1,15 @@
 /* validate: the world's invariants, walked in full. For tests. */
 #include "calm.h"
-#include "interest.h"
 #include "state.h"
+#include "subscription.h"
 
 static const char *check_watch(const world *w, uint32_t id)
 {
     const watch *v = &w->watches.at[id];
     if (!v->used) return "a dead watch is linked";
-    if (!v->touch_id && !v->near_id && !v->foretold_id) return "a watch with nothing to watch";
+    if (!v->touch_id && !v->near_id && !v->predicted_id) return "a watch with nothing to watch";
     if (!w->pairs.at[v->pair].used) return "a watch of a dead pair";
-    if (!w->interests.at[v->interest].used) return "a watch of a dead interest";
+    if (!w->subscriptions.at[v->subscription].used) return "a watch of a dead subscription";
     return NULL;
 }
 
@@ -27,8 +27,8 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
         for (uint32_t v = at->first_watch; v != WORLD_NONE; v = w->watches.at[v].pair_next) {
             const char *fault = check_watch(w, v);
             if (fault) return fault;
-            if (v != at->first_watch && w->watches.at[v].interest <= last) return "watches of a pair out of order";
-            last = w->watches.at[v].interest;
+            if (v != at->first_watch && w->watches.at[v].subscription <= last) return "watches of a pair out of order";
+            last = w->watches.at[v].subscription;
             ++*watches;
             *contacts += w->watches.at[v].touch_id != 0;
         }
@@ -45,21 +45,21 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
 
 typedef struct kept_ids {
     const world *w;
-    uint32_t solid;
+    uint32_t collider;
     bool wrong;
 } kept_ids;
 
 static void check_kept_id(void *context, uint32_t other, uint32_t *number)
 {
     kept_ids *n = context;
-    n->wrong |= *number != BROAD_NO_NUMBER && *number != pair_find(n->w, n->solid, other);
+    n->wrong |= *number != BROAD_NO_NUMBER && *number != pair_find(n->w, n->collider, other);
 }
 
 static const char *check_kept_ids(const world *w)
 {
     kept_ids n = {.w = w};
-    for (n.solid = 0; n.solid < w->solids.count; n.solid++)
-        if (w->solids.at[n.solid].used) broad_each_number_of(w->broad, n.solid, check_kept_id, &n);
+    for (n.collider = 0; n.collider < w->colliders.count; n.collider++)
+        if (w->colliders.at[n.collider].used) broad_each_number_of(w->broad, n.collider, check_kept_id, &n);
     return n.wrong ? "the broad phase keeps the id of another pair" : NULL;
 }
 
@@ -67,7 +67,7 @@ static bool fits(const world *w, const body *b)
 {
     broad_room room;
     for (size_t i = 0; i < b->shape_count; i++) {
-        const solid *s = &w->solids.at[b->shapes[i]];
+        const collider *s = &w->colliders.at[b->shapes[i]];
         aabb box = aabb_grow(shape_bounds(&s->shape, pose_mul(b->pose, s->local)), b->widen);
         if (!broad_room_of(w->broad, b->shapes[i], box, body_margin(w, s), &room)) return false;
     }
@@ -87,14 +87,15 @@ static const char *check_calm(const world *w)
 
 static const char *check_lists(const world *w, uint32_t id, size_t *watches)
 {
-    const interest *i = &w->interests.at[id];
+    const subscription *i = &w->subscriptions.at[id];
     size_t count = 0, olds = 0;
     for (int old = 0; old < 2; old++) {
         uint32_t last = WORLD_NONE;
-        for (uint32_t v = old ? i->first_old : i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+        for (uint32_t v = old ? i->first_old : i->first_watch; v != WORLD_NONE;
+             v = w->watches.at[v].subscription_next) {
             const watch *at = &w->watches.at[v];
-            if (at->interest != id) return "a watch in another interest's list";
-            if (at->interest_prev != last || watch_is_old(w, at) != old) return "a watch in the wrong list";
+            if (at->subscription != id) return "a watch in another subscription's list";
+            if (at->subscription_prev != last || watch_is_old(w, at) != old) return "a watch in the wrong list";
             last = v;
             count++;
             olds += (size_t)old;
@@ -102,24 +103,24 @@ static const char *check_lists(const world *w, uint32_t id, size_t *watches)
         if ((old ? i->last_old : i->last_watch) != last) return "a list of watches ends elsewhere";
     }
     *watches += count;
-    return count == i->watches && olds == i->olds ? NULL : "watches of an interest miscounted";
+    return count == i->watches && olds == i->olds ? NULL : "watches of a subscription miscounted";
 }
 
 const char *world_validate(const world *w)
 {
-    size_t of_pairs = 0, of_interests = 0, contacts = 0, olds = 0;
+    size_t of_pairs = 0, of_subscriptions = 0, contacts = 0, olds = 0;
     const char *fault = check_pairs(w, &of_pairs, &contacts);
     if (fault) return fault;
-    for (uint32_t i = 0; i < w->interests.count; i++) {
-        if (!w->interests.at[i].used) continue;
-        if (w->interests.at[i].held.count > 2 * w->watches.count + SPARE_HELD)
+    for (uint32_t i = 0; i < w->subscriptions.count; i++) {
+        if (!w->subscriptions.at[i].used) continue;
+        if (w->subscriptions.at[i].held.count > 2 * w->watches.count + SPARE_HELD)
             return "updates of what has ended pile up";
-        const char *wrong = check_lists(w, i, &of_interests);
+        const char *wrong = check_lists(w, i, &of_subscriptions);
         if (wrong) return wrong;
-        olds += w->interests.at[i].olds;
+        olds += w->subscriptions.at[i].olds;
     }
     if (olds != w->olds) return "old watches miscounted";
-    if (of_pairs != of_interests) return "watches of pairs and of interests differ";
+    if (of_pairs != of_subscriptions) return "watches of pairs and of subscriptions differ";
     if (contacts != w->figures.contacts) return "contacts miscounted";
     if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";
     fault = check_calm(w);

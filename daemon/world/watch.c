@@ -1,109 +1,111 @@
-/* watch: what one interest was told of one pair, from the first event to the end. Whatever ends it, each id that stands
- * has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
+/* watch: what one subscription was told of one pair, from the first event to the end. Whatever ends it, each id that
+ * stands has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
 #include "events.h"
-#include "interest.h"
+#include "subscription.h"
 
 #include <assert.h>
 #include <stdlib.h>
 
 int64_t watch_id(const watch *v)
 {
-    return v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
+    return v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->predicted_id;
 }
 
 const world_event *watch_last(const watch *v)
 {
-    return v->touch_id || v->near_id ? &v->last : &v->foretold;
+    return v->touch_id || v->near_id ? &v->last : &v->predicted;
 }
 
-uint32_t watch_find(world *w, const pair *p, uint32_t interest)
+uint32_t watch_find(world *w, const pair *p, uint32_t subscription)
 {
     uint32_t id = p->first_watch;
-    while (id != WORLD_NONE && w->watches.at[id].interest < interest) id = w->watches.at[id].pair_next;
-    if (id == WORLD_NONE || w->watches.at[id].interest != interest) return WORLD_NONE;
+    while (id != WORLD_NONE && w->watches.at[id].subscription < subscription) id = w->watches.at[id].pair_next;
+    if (id == WORLD_NONE || w->watches.at[id].subscription != subscription) return WORLD_NONE;
     snapshot_before(w, id);
     if (!watch_is_old(w, &w->watches.at[id])) return id;
-    watch_end(w, id, CAUSE_INTEREST);
+    watch_end(w, id, CAUSE_SUBSCRIPTION);
     return WORLD_NONE;
 }
 
-uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
+uint32_t watch_add(world *w, uint32_t pair_id, uint32_t subscription_id)
 {
-    assert(w->pairs.at[pair_id].used && w->interests.at[interest_id].used);
+    assert(w->pairs.at[pair_id].used && w->subscriptions.at[subscription_id].used);
     uint32_t id = id_pool_take(&w->watch_ids);
     array_reserve_in_place(&w->watches, (size_t)id + 1);
     if (id >= w->watches.count) w->watches.count = id + 1;
     watch *v = &w->watches.at[id];
-    interest *i = &w->interests.at[interest_id];
+    subscription *i = &w->subscriptions.at[subscription_id];
     *v = (watch){.used = true,
         .pair = pair_id,
         .snap = i->snap,
-        .interest = interest_id,
-        .interest_next = i->first_watch,
-        .interest_prev = WORLD_NONE};
+        .subscription = subscription_id,
+        .subscription_next = i->first_watch,
+        .subscription_prev = WORLD_NONE};
     if (i->first_watch != WORLD_NONE)
-        w->watches.at[i->first_watch].interest_prev = id;
+        w->watches.at[i->first_watch].subscription_prev = id;
     else
         i->last_watch = id;
     i->first_watch = id;
     i->watches++;
 
     uint32_t *link = &w->pairs.at[pair_id].first_watch;
-    while (*link != WORLD_NONE && w->watches.at[*link].interest < interest_id) link = &w->watches.at[*link].pair_next;
-    assert(*link == WORLD_NONE || w->watches.at[*link].interest > interest_id); /* one a pair and interest */
+    while (*link != WORLD_NONE && w->watches.at[*link].subscription < subscription_id)
+        link = &w->watches.at[*link].pair_next;
+    assert(
+        *link == WORLD_NONE || w->watches.at[*link].subscription > subscription_id); /* one a pair and subscription */
     v->pair_next = *link;
     *link = id;
     return id;
 }
 
-/* It is in one of the interest's two lists. */
+/* It is in one of the subscription's two lists. */
 static void leave_list(world *w, uint32_t id)
 {
     const watch *v = &w->watches.at[id];
-    interest *i = &w->interests.at[v->interest];
-    if (i->snap_next == id) i->snap_next = v->interest_next;
-    if (v->interest_prev != WORLD_NONE)
-        w->watches.at[v->interest_prev].interest_next = v->interest_next;
+    subscription *i = &w->subscriptions.at[v->subscription];
+    if (i->snap_next == id) i->snap_next = v->subscription_next;
+    if (v->subscription_prev != WORLD_NONE)
+        w->watches.at[v->subscription_prev].subscription_next = v->subscription_next;
     else
-        *(i->first_old == id ? &i->first_old : &i->first_watch) = v->interest_next;
-    if (v->interest_next != WORLD_NONE)
-        w->watches.at[v->interest_next].interest_prev = v->interest_prev;
+        *(i->first_old == id ? &i->first_old : &i->first_watch) = v->subscription_next;
+    if (v->subscription_next != WORLD_NONE)
+        w->watches.at[v->subscription_next].subscription_prev = v->subscription_prev;
     else
-        *(i->last_old == id ? &i->last_old : &i->last_watch) = v->interest_prev;
+        *(i->last_old == id ? &i->last_old : &i->last_watch) = v->subscription_prev;
 }
 
 void watch_drop(world *w, uint32_t id)
 {
     watch *v = &w->watches.at[id];
-    assert(id < w->watches.count && v->used && w->interests.at[v->interest].watches > 0);
+    assert(id < w->watches.count && v->used && w->subscriptions.at[v->subscription].watches > 0);
     uint32_t *link = &w->pairs.at[v->pair].first_watch;
     while (*link != id) link = &w->watches.at[*link].pair_next;
     *link = v->pair_next;
     bool old = watch_is_old(w, v);
     leave_list(w, id);
     v->used = false;
-    w->interests.at[v->interest].watches--;
-    w->interests.at[v->interest].olds -= old;
+    w->subscriptions.at[v->subscription].watches--;
+    w->subscriptions.at[v->subscription].olds -= old;
     w->olds -= old;
     id_pool_give(&w->watch_ids, id);
 }
 
-bool watch_is_held_back(const world *w, uint32_t id, uint32_t interest)
+bool watch_is_held_back(const world *w, uint32_t id, uint32_t subscription)
 {
     const watch *v = &w->watches.at[id];
-    return v->used && v->interest == interest && (v->dirty || v->foretold_dirty);
+    return v->used && v->subscription == subscription && (v->dirty || v->predicted_dirty);
 }
 
 /* Leaves out watches that have ended since, and of one whose id was another's each entry but the first: in the order in
  * which they would have been told, too. */
-static void drop_void_held(world *w, uint32_t interest_id)
+static void drop_void_held(world *w, uint32_t subscription_id)
 {
-    interest *i = &w->interests.at[interest_id];
+    subscription *i = &w->subscriptions.at[subscription_id];
     size_t kept = 0;
     for (size_t k = 0; k < i->held.count; k++) w->watches.at[i->held.at[k]].listed = false;
     for (size_t k = 0; k < i->held.count; k++) {
         watch *v = &w->watches.at[i->held.at[k]];
-        if (v->listed || !watch_is_held_back(w, i->held.at[k], interest_id)) continue;
+        if (v->listed || !watch_is_held_back(w, i->held.at[k], subscription_id)) continue;
         v->listed = true;
         i->held.at[kept++] = i->held.at[k];
     }
@@ -112,11 +114,11 @@ static void drop_void_held(world *w, uint32_t interest_id)
 
 void watch_hold_back(world *w, uint32_t id)
 {
-    uint32_t interest_id = w->watches.at[id].interest;
-    interest *i = &w->interests.at[interest_id];
-    if (i->held.count >= 2 * i->watches + SPARE_HELD) drop_void_held(w, interest_id);
+    uint32_t subscription_id = w->watches.at[id].subscription;
+    subscription *i = &w->subscriptions.at[subscription_id];
+    if (i->held.count >= 2 * i->watches + SPARE_HELD) drop_void_held(w, subscription_id);
     array_push(&i->held, id);
-    interest_wake(w, interest_id);
+    subscription_wake(w, subscription_id);
 }
 
 void watch_end(world *w, uint32_t id, uint8_t cause)
@@ -124,34 +126,34 @@ void watch_end(world *w, uint32_t id, uint8_t cause)
     watch *v = &w->watches.at[id];
     snapshot_before(w, id);
     if (v->touch_id) {
-        events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
+        events_emit(w, v->subscription, &v->last, EVENT_END, cause, v->touch_id);
         w->figures.contacts--;
     }
-    if (v->near_id) events_emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
-    if (v->foretold_id) events_emit(w, v->interest, &v->foretold, EVENT_AVERTED, cause, v->foretold_id);
+    if (v->near_id) events_emit(w, v->subscription, &v->last, EVENT_FAR, cause, v->near_id);
+    if (v->predicted_id) events_emit(w, v->subscription, &v->predicted, EVENT_AVERTED, cause, v->predicted_id);
     watch_drop(w, id);
 }
 
 void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
 {
     for (uint32_t id; (id = w->pairs.at[pair_id].first_watch) != WORLD_NONE;)
-        watch_end(w, id, cause == CAUSE_INTEREST ? closing_cause(w, w->watches.at[id].interest) : cause);
+        watch_end(w, id, cause == CAUSE_SUBSCRIPTION ? closing_cause(w, w->watches.at[id].subscription) : cause);
 }
 
-/* Pairs that stay for others, but are none to an interest any more: a body is in another group. */
+/* Pairs that stay for others, but are none to a subscription any more: a body is in another group. */
 void events_unmatched(world *w)
 {
     if (!w->rematched && !w->sliced) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         if (p->first_watch == WORLD_NONE) continue;
-        match_list wanted = interest_list(w, p);
-        uint32_t at = 0; /* both are in the order of interests */
+        match_list wanted = subscription_list(w, p);
+        uint32_t at = 0; /* both are in the order of subscriptions */
         for (uint32_t id = p->first_watch, after; id != WORLD_NONE; id = after) {
-            uint32_t interest = w->watches.at[id].interest;
+            uint32_t subscription = w->watches.at[id].subscription;
             after = w->watches.at[id].pair_next;
-            while (at < wanted.count && wanted.at[at] < interest) at++;
-            if (at == wanted.count || wanted.at[at] != interest) watch_end(w, id, closing_cause(w, interest));
+            while (at < wanted.count && wanted.at[at] < subscription) at++;
+            if (at == wanted.count || wanted.at[at] != subscription) watch_end(w, id, closing_cause(w, subscription));
         }
     }
 }

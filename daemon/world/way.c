@@ -133,7 +133,7 @@ bool body_way_turns(const body *b)
     return b->ccd != WORLD_CCD_LINEAR;
 }
 
-aabb body_way_bounds(const world *w, const body *b, const solid *s, aabb box)
+aabb body_way_bounds(const world *w, const body *b, const collider *s, aabb box)
 {
     double span = body_span(w, b);
     if (b->impacts && span > 0) {
@@ -146,7 +146,7 @@ aabb body_way_bounds(const world *w, const body *b, const solid *s, aabb box)
     return box;
 }
 
-aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
+aabb body_swept_bounds(const world *w, const body *b, const collider *s, aabb box)
 {
     box = past_bounds(b, body_way_bounds(w, b, s, box));
     if (b->horizon > 0 && !b->fixed) {

@@ -1,13 +1,13 @@
-/* work: the ladder's work in units, by a table of the kinds of pairs; which pair is refined first; and who pays.
+/* work: the cascade's work in units, by a table of the kinds of pairs; which pair is refined first; and who pays.
  *
  * A unit is about a nanosecond of the machine the table was made on. Only ratios matter: what a unit takes here is
  * measured by whoever grants them. All of it follows from the commands and the grants. Tick thread, but for work_of. */
+#include "cascade.h"
 #include "geom/compound.h"
 #include "geom/hull.h"
 #include "geom/mesh.h"
-#include "interest.h"
-#include "ladder.h"
 #include "state.h"
+#include "subscription.h"
 
 #include "base/sort.h"
 
@@ -42,7 +42,7 @@ static price price_of(const shape *s)
     return p;
 }
 
-void work_price(solid *s)
+void work_price(collider *s)
 {
     price p = price_of(&s->shape);
     s->apart = (float)fmin(p.apart, 1e9);
@@ -55,7 +55,7 @@ static uint32_t whole(double work)
 }
 
 /* Along one axis or two, and what it takes to tell. */
-uint32_t work_of_bounds(const solid *a, const solid *b)
+uint32_t work_of_bounds(const collider *a, const collider *b)
 {
     const shape *of[2] = {&a->shape, &b->shape};
     double work = 700;
@@ -67,7 +67,7 @@ uint32_t work_of_bounds(const solid *a, const solid *b)
 }
 
 /* By what bounds say of it, and with what it takes to tell. */
-uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo)
+uint32_t work_of(const collider *a, const collider *b, const demand *d, double lo)
 {
     price x = price_of(&a->shape), y = price_of(&b->shape);
     double work = 500 + (lo > 0 ? x.apart + y.apart : x.overlapping + y.overlapping);
@@ -84,7 +84,7 @@ static uint64_t ascending(float x) /* bits in the order of numbers */
     return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-static double step_of(const world *w, const solid *s)
+static double step_of(const world *w, const collider *s)
 {
     return vec_norm(body_step(&w->bodies.at[s->body]));
 }
@@ -93,7 +93,7 @@ static double step_of(const world *w, const solid *s)
 static uint64_t need_of(const world *w, uint32_t k)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[k]];
-    double next = p->standing.lo - step_of(w, &w->solids.at[p->a]) - step_of(w, &w->solids.at[p->b]);
+    double next = p->standing.lo - step_of(w, &w->colliders.at[p->a]) - step_of(w, &w->colliders.at[p->b]);
     uint64_t rank = p->waited >= WAITS_MAX ? 0 : p->waited ? 1 : 2;
     return rank << 60 | ascending((float)next) << 28 | k;
 }
@@ -153,26 +153,26 @@ void work_learn(world *w, size_t todo, size_t refined, uint64_t done)
 
 /* ---- who pays ---- */
 
-static bool pays(const interest *i)
+static bool pays(const subscription *i)
 {
     return i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD);
 }
 
-static void leave_to_interest(world *w, uint32_t id)
+static void leave_to_subscription(world *w, uint32_t id)
 {
-    w->interests.at[id].undone++;
-    interest_wake(w, id);
+    w->subscriptions.at[id].undone++;
+    subscription_wake(w, id);
 }
 
 static void charge(world *w, match_list wanted, const outcome *o)
 {
     uint32_t payers = 0;
-    for (uint32_t k = 0; k < wanted.count; k++) payers += pays(&w->interests.at[wanted.at[k]]);
+    for (uint32_t k = 0; k < wanted.count; k++) payers += pays(&w->subscriptions.at[wanted.at[k]]);
     for (uint32_t k = 0; k < wanted.count; k++) {
-        interest *i = &w->interests.at[wanted.at[k]];
+        subscription *i = &w->subscriptions.at[wanted.at[k]];
         if (!pays(i)) continue;
         i->work += o->cost / payers;
-        if (o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES)) leave_to_interest(w, wanted.at[k]);
+        if (o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES)) leave_to_subscription(w, wanted.at[k]);
     }
 }
 
@@ -183,10 +183,10 @@ void work_charge(world *w)
         const outcome *o = &w->outcomes.at[k];
         if (!o->cost) continue;
         if (alone) {
-            w->interests.at[w->first_asker].work += o->cost;
-            if (o->left) leave_to_interest(w, w->first_asker);
+            w->subscriptions.at[w->first_asker].work += o->cost;
+            if (o->left) leave_to_subscription(w, w->first_asker);
             continue;
         }
-        charge(w, interest_list(w, &w->pairs.at[w->active_pairs.at[k]]), o);
+        charge(w, subscription_list(w, &w->pairs.at[w->active_pairs.at[k]]), o);
     }
 }

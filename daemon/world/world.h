@@ -1,7 +1,8 @@
-/* world: bodies, pairs, interests, the tick. Commands in, events out; no network, no clock, no threads but the pool's.
+/* world: bodies, pairs, subscriptions, the tick. Commands in, events out; no network, no clock, no threads but the
+ * pool's.
  *
- * Between two ticks the owner puts, moves and removes bodies and interests; world_tick then finds the pairs that this
- * can have changed, decides each by the cheapest proof, and says what began, persists or ended, in an order that
+ * Between two ticks the owner puts, moves and removes bodies and subscriptions; world_tick then finds the pairs that
+ * this can have changed, decides each by the cheapest proof, and says what began, persists or ended, in an order that
  * depends on the commands alone: not on the number of workers, not on caches, not on the order in which poses came.
  * One thread calls; queries run between ticks. All ids are dense, the least free one first.
  *
@@ -44,7 +45,7 @@ void world_trim(world *w);
 
 /* Which way of finding them stands since the last tick, never BROAD_AUTO; and in words, with the reason. */
 broad_kind world_broad_kind(const world *w);
-void world_tell_broad(const world *w, char text[96]);
+void world_report_broad(const world *w, char text[96]);
 
 typedef enum world_status { WORLD_OK, WORLD_NAME_TAKEN, WORLD_UNKNOWN_ID } world_status;
 
@@ -55,7 +56,7 @@ typedef struct world_shape {
     pose local;  /* in the body's frame */
 } world_shape;
 
-/* Is the way between two poses looked at, for interests in impacts? Of a pair one that is not OFF is enough. */
+/* Is the way between two poses looked at, for subscriptions in impacts? Of a pair one that is not OFF is enough. */
 typedef enum world_ccd { /* numbers as on the wire */
     WORLD_CCD_OFF,
     WORLD_CCD_LINEAR, /* its path, in the orientation that it has at the end */
@@ -70,8 +71,8 @@ typedef struct world_body { /* copied, but for hulls */
     uint64_t owner; /* whose work its pairs are, see world_set_slice */
     bool one_way;   /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     world_ccd ccd;
-    double acceleration;         /* m/s^2, >= 0: what is foretold of it holds for all motions that accelerate by at most
-                                    so much, ... */
+    double acceleration; /* m/s^2, >= 0: what is predicted of it holds for all motions that accelerate by at most
+                            so much, ... */
     double angular_acceleration; /* rad/s^2, >= 0: ... and so much */
     int64_t deadline_ns;         /* 0 = never stale */
     int64_t stamp_ns;            /* of the pose; 0 = unknown */
@@ -120,25 +121,25 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
 /* Its shapes and the children of its compounds, as world_figures counts them; 0 if unknown. */
 size_t world_body_shapes(const world *w, uint32_t id);
 
-/* ---- interests ---- */
+/* ---- subscriptions ---- */
 
 typedef enum world_fact {
     WORLD_TOUCH = 1,
     WORLD_DISTANCE = 2,
     WORLD_MANIFOLD = 4,
-    WORLD_IMPACT = 8,   /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
-    WORLD_FORETELL = 16 /* contacts to come within the horizon, from velocities */
+    WORLD_IMPACT = 8,  /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
+    WORLD_PREDICT = 16 /* contacts to come within the horizon, from velocities */
 } world_fact;
 
-/* How far a pair is looked into for touch, distance and manifold. One that several interests share gets what the finest
- * of them asks. */
+/* How far a pair is looked into for touch, distance and manifold. One that several subscriptions share gets what the
+ * finest of them asks. */
 typedef enum world_accuracy { /* numbers as on the wire */
     WORLD_BY_TOLERANCE,
     WORLD_BY_BOXES, /* bounds without a search, told anew only when what was told does not hold any more; no manifold */
     WORLD_BY_VERDICT /* touch: until it is proven, and no narrower; no distance, no manifold */
 } world_accuracy;
 
-typedef struct world_interest {
+typedef struct world_subscription {
     unsigned facts;
     const char *select_a, *select_b; /* as filter_rule.pattern; copied */
     double threshold;                /* m; contact = lower bound of the signed distance at or below it: never missed */
@@ -147,22 +148,23 @@ typedef struct world_interest {
     double tolerance;                /* m; 0: relative_tolerance says it */
     double relative_tolerance;       /* of the reaches of both shapes together; both 0: as narrow as doubles give */
     world_accuracy accuracy;
-    double horizon;    /* s, with WORLD_FORETELL: from the newest pose of a pair on, to
+    double horizon;    /* s, with WORLD_PREDICT: from the newest pose of a pair on, to
                           which an older one is carried on; until so long after the older one */
     int64_t period_ns; /* updates at most so often; 0 = each tick */
-} world_interest;
+} world_subscription;
 
 /* Its next batch is a snapshot. */
-world_status world_put_interest(world *w, uint32_t *id, const world_interest *def);
+world_status world_put_subscription(world *w, uint32_t *id, const world_subscription *def);
 /* Ends its contacts in the next tick with this cause, in a closing batch. */
-world_status world_remove_interest(world *w, uint32_t id, uint8_t cause);
+world_status world_remove_subscription(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
 /* The oldest stamp of the poses that what is told of it now rests on; 0: none is stamped. Walks all of it. */
 int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
 /* In the next tick, updates are told of all its pairs that are decided, also where nothing differs from what was told
  * last: for who keeps no state of his own. */
 void world_want_all(world *w, uint32_t id);
-world_status world_get_interest(const world *w, uint32_t id, world_interest *out); /* texts are the world's own */
+world_status world_get_subscription(
+    const world *w, uint32_t id, world_subscription *out); /* texts are the world's own */
 
 /* ---- the tick ---- */
 
@@ -174,9 +176,9 @@ typedef enum event_kind { /* numbers as on the wire */
     EVENT_FAR,
     EVENT_UNKNOWN,
     EVENT_KNOWN,
-    EVENT_IMPACT,   /* they met on their way since the last tick */
-    EVENT_FORETOLD, /* they will meet; told again as long as they will */
-    EVENT_AVERTED   /* no more */
+    EVENT_IMPACT,    /* they met on their way since the last tick */
+    EVENT_PREDICTED, /* they will meet; told again as long as they will */
+    EVENT_AVERTED    /* no more */
 } event_kind;
 
 typedef enum event_cause { /* numbers as on the wire */
@@ -185,18 +187,18 @@ typedef enum event_cause { /* numbers as on the wire */
     CAUSE_OWNER_LOST,
     CAUSE_FILTER,
     CAUSE_SHAPE,
-    CAUSE_INTEREST,
+    CAUSE_SUBSCRIPTION,
     CAUSE_SHUTDOWN,
     CAUSE_STALE,
     CAUSE_SNAPSHOT,
     CAUSE_TELEPORT
 } event_cause;
 
-typedef struct world_impact { /* of EVENT_IMPACT and EVENT_FORETOLD */
+typedef struct world_impact { /* of EVENT_IMPACT and EVENT_PREDICTED */
     double lo, hi;       /* s since start_ns: apart before lo, proven; touching at hi, proven; INFINITY: not proven */
-    int64_t start_ns;    /* IMPACT: of the pose from which the newer of the two came; FORETOLD: of the newest pose */
+    int64_t start_ns;    /* IMPACT: of the pose from which the newer of the two came; PREDICTED: of the newest pose */
     pose pose_a, pose_b; /* of the bodies, at lo */
-    bool estimated;      /* FORETOLD: a velocity was, from two poses */
+    bool estimated;      /* PREDICTED: a velocity was, from two poses */
 } world_impact;
 
 typedef enum world_achieved { /* numbers as on the wire: what an interval is, beside what was asked */
@@ -217,31 +219,32 @@ typedef struct world_event {
     double closing;      /* m/s, of the two points along the axis, from the bodies' velocities as far as they are
                             known; positive = they approach; of impacts, at impact.lo */
     manifold manifold;   /* points in the world frame */
-    world_impact impact; /* IMPACT, FORETOLD: lo, hi, axis and points are those at impact.lo */
+    world_impact impact; /* IMPACT, PREDICTED: lo, hi, axis and points are those at impact.lo */
 } world_event;
 
-typedef struct world_batch { /* the events of one interest in one tick; a snapshot is a batch of its own, behind them */
-    uint32_t interest;
+typedef struct world_batch { /* the events of one subscription in one tick; a snapshot is a batch of its own, behind
+                                them */
+    uint32_t subscription;
     bool snapshot; /* the whole state as of the tick in which it begins; a large one comes in portions, tick by tick,
                       ... */
     bool goes_on;  /* ... of which this is not the first ... */
-    bool more;     /* ... nor the last. It is over, too, if another begins, or the interest closes */
-    bool closing;  /* the interest is gone */
+    bool more;     /* ... nor the last. It is over, too, if another begins, or the subscription closes */
+    bool closing;  /* the subscription is gone */
     const world_event *events;
     size_t count;
-    size_t undone; /* pairs of this interest that the budget left with a wider interval than it asks, and all that are
-                      left out: whose they would be is not looked at; and while some of its bodies are pending, all
+    size_t undone; /* pairs of this subscription that the budget left with a wider interval than it asks, and all that
+                      are left out: whose they would be is not looked at; and while some of its bodies are pending, all
                       that are */
 } world_batch;
 
-typedef struct world_batches { /* in the order of interest ids; valid until the next call that changes the world */
+typedef struct world_batches { /* in the order of subscription ids; valid until the next call that changes the world */
     const world_batch *at;
     size_t count;
     uint64_t hash; /* of all events since the world was created: equal for equal commands */
 } world_batches;
 
-/* A budget. The ladder counts its work in units, by a table of the kinds of pairs: about a nanosecond each, the same on
- * every machine. In each tick it bounds all pairs and then refines one after the other, by need, as far as `grant`
+/* A budget. The cascade counts its work in units, by a table of the kinds of pairs: about a nanosecond each, the same
+ * on every machine. In each tick it bounds all pairs and then refines one after the other, by need, as far as `grant`
  * says: it is called by the tick thread with the units done so far, 0 first, and returns how many may be done in all;
  * what it returned last again, or less, ends the work. What is left keeps bounds that hold, told as WORLD_STOPPED, and
  * goes first in the next tick, which is due at once. The same grants give the same events, whoever computes them; one
@@ -257,8 +260,8 @@ void world_set_budget(world *w, world_grant *grant, void *context);
  * pair of two bodies that are both pending is the work of the one who has far more of them.
  *
  * What is pending is unknown: what was told of such a pair before stands, and world_batch.undone counts it for each
- * interest that it may concern. A way of one tick (WORLD_IMPACT) is not searched later: it is among what is undone in
- * that tick. The same commands and slices give the same events; where no tick is cut, those of a world without. */
+ * subscription that it may concern. A way of one tick (WORLD_IMPACT) is not searched later: it is among what is undone
+ * in that tick. The same commands and slices give the same events; where no tick is cut, those of a world without. */
 void world_set_slice(world *w, uint64_t units);
 /* Did the slice make a difference in the last tick? If not, any larger one gives the same events. */
 bool world_was_sliced(const world *w);
@@ -282,7 +285,7 @@ uint64_t world_effort(const world *w);
  * takes to put the body anew, whatever else is so. */
 uint64_t world_effort_of(const world *w, uint32_t body, const pose *to);
 bool world_has_wide(const world *w); /* bodies of which each takes several times as much as most do */
-/* Are there interests left of which not all has ended that they were told, since a slice did not suffice? */
+/* Are there subscriptions left of which not all has ended that they were told, since a slice did not suffice? */
 bool world_is_closing(const world *w);
 bool world_changed(
     const world *w); /* since the last tick, something that it has to do with was put, moved or removed */
@@ -356,36 +359,36 @@ int world_explain_within(
 
 /* ---- figures ---- */
 
-typedef enum world_rung { /* who settled a pair: counted, cumulative */
-    RUNG_UNASKED,         /* nobody wants to know how it stands now */
-    RUNG_UNKNOWN,
-    RUNG_STANDING, /* what was told of it by bounds still holds */
-    RUNG_BOUNDS,   /* bounds without a search: all that was asked, or that the budget allowed */
-    RUNG_MOTION_BOUND,
-    RUNG_CACHED_AXIS,
-    RUNG_CLOSED_FORM,
-    RUNG_GJK,
-    RUNG_EPA,
-    RUNG_SAT,
-    RUNG_CCD,
-    RUNG_MPR,
-    RUNG_COUNT
-} world_rung;
-const char *world_rung_name(world_rung rung);
+typedef enum world_stage { /* who settled a pair: counted, cumulative */
+    STAGE_UNASKED,         /* nobody wants to know how it stands now */
+    STAGE_UNKNOWN,
+    STAGE_STANDING, /* what was told of it by bounds still holds */
+    STAGE_BOUNDS,   /* bounds without a search: all that was asked, or that the budget allowed */
+    STAGE_MOTION_BOUND,
+    STAGE_CACHED_AXIS,
+    STAGE_CLOSED_FORM,
+    STAGE_GJK,
+    STAGE_EPA,
+    STAGE_SAT,
+    STAGE_CCD,
+    STAGE_MPR,
+    STAGE_COUNT
+} world_stage;
+const char *world_stage_name(world_stage stage);
 
 typedef struct world_figures {
-    size_t bodies, shapes, interests, pairs, contacts, stale_bodies; /* now */
+    size_t bodies, shapes, subscriptions, pairs, contacts, stale_bodies; /* now */
     size_t pairs_left_out; /* now: their boxes meet, but max_pairs are there already. Nobody is told of these pairs
                               until others have ended: then the ones with the least shape ids come first */
     uint64_t ticks, moves, pair_ticks; /* cumulative */
-    uint64_t rungs[RUNG_COUNT];
+    uint64_t stages[STAGE_COUNT];
     uint64_t narrow_queries; /* full ones */
     uint64_t manifolds, wide, refined,
-        peer_failures;                     /* answers: with points, wider than asked, decided beyond doubles */
-    uint64_t sweeps, sweep_queries;        /* searches for a time of impact, and the distances and verdicts in them */
-    uint64_t sweeps_by_axis;               /* of them, those that an axis proved free, without any distance */
-    uint64_t impacts, foretold, undecided; /* found; of all searches, those whose steps ended */
-    uint64_t rulings;                      /* pairs of bodies whose rules were held against each other */
+        peer_failures;                      /* answers: with points, wider than asked, decided beyond doubles */
+    uint64_t sweeps, sweep_queries;         /* searches for a time of impact, and the distances and verdicts in them */
+    uint64_t sweeps_by_axis;                /* of them, those that an axis proved free, without any distance */
+    uint64_t impacts, predicted, undecided; /* found; of all searches, those whose steps ended */
+    uint64_t rulings;                       /* pairs of bodies whose rules were held against each other */
     uint64_t dropped_ways; /* bodies of which ways were dropped before they were searched: told as "*" */
     uint64_t coarse_ways;  /* ways of more poses than are kept: every other one was left out */
     uint64_t events;
@@ -401,9 +404,9 @@ typedef struct world_figures {
 } world_figures;
 world_figures world_get_figures(const world *w);
 
-/* Units of the ladder's work for this interest since it was put; what a pair takes is split evenly among those that
- * want it. 0 if unknown. */
-uint64_t world_interest_work(const world *w, uint32_t id);
+/* Units of the cascade's work for this subscription since it was put; what a pair takes is split evenly among those
+ * that want it. 0 if unknown. */
+uint64_t world_subscription_work(const world *w, uint32_t id);
 
 /* ---- what the narrow phase was asked in the last tick (answers.c), for measurements ---- */
 
@@ -417,9 +420,9 @@ typedef struct world_answer {
 /* Until the next call that changes the world; i below world_answers. */
 size_t world_answers(const world *w);
 void world_get_answer(const world *w, size_t i, world_answer *out);
-/* The same question once more, from nothing, as if all interests in the pair had asked for this accuracy (by tolerance:
- * of `relative` times its size); and as narrow as arithmetic gives, however far the two are apart. By the calling
- * thread; nothing of the world changes. */
+/* The same question once more, from nothing, as if all subscriptions in the pair had asked for this accuracy (by
+ * tolerance: of `relative` times its size); and as narrow as arithmetic gives, however far the two are apart. By the
+ * calling thread; nothing of the world changes. */
 void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double relative, double *lo, double *hi);
 void world_ask_exactly(const world *w, size_t i, double *lo, double *hi);
 /* SHAPE_TYPE_COUNT: there is none. */

@@ -1,8 +1,8 @@
 /* world: its life, and the tick as the sequence of its phases. Tick thread. */
-#include "interest.h"
-#include "ladder.h"
+#include "cascade.h"
 #include "match.h"
 #include "state.h"
+#include "subscription.h"
 
 #include "base/hash.h"
 #include "base/whole.h"
@@ -27,8 +27,8 @@ world *world_create(const world_options *options)
     }
     w->broad = broad_create(options->broad, pair_accept, w);
     id_pool_init(&w->body_ids);
-    id_pool_init(&w->solid_ids);
-    id_pool_init(&w->interest_ids);
+    id_pool_init(&w->collider_ids);
+    id_pool_init(&w->subscription_ids);
     id_pool_init(&w->pair_ids);
     id_pool_init(&w->watch_ids);
     id_pool_init(&w->payer_ids);
@@ -50,9 +50,9 @@ broad_kind world_broad_kind(const world *w)
     return broad_index_kind(w->broad);
 }
 
-void world_tell_broad(const world *w, char text[96])
+void world_report_broad(const world *w, char text[96])
 {
-    broad_tell_index(w->broad, text);
+    broad_report_index(w->broad, text);
 }
 
 static void free_bodies(world *w)
@@ -74,17 +74,17 @@ static void free_bodies(world *w)
     array_free_in_place(&w->bodies);
 }
 
-static void free_interests(world *w)
+static void free_subscriptions(world *w)
 {
-    for (size_t i = 0; i < w->interests.count; i++) {
-        interest *x = &w->interests.at[i];
+    for (size_t i = 0; i < w->subscriptions.count; i++) {
+        subscription *x = &w->subscriptions.at[i];
         free(x->select_a);
         free(x->select_b);
         array_free(&x->held);
         array_free(&x->events);
         array_free(&x->images);
     }
-    array_free(&w->interests);
+    array_free(&w->subscriptions);
 }
 
 void world_destroy(world *w)
@@ -94,14 +94,14 @@ void world_destroy(world *w)
     workers_destroy(w->workers);
     broad_destroy(w->broad);
     free_bodies(w);
-    free_interests(w);
+    free_subscriptions(w);
     match_free(&w->match);
     rules_free(&w->rules);
     array_free(&w->unsettled);
     array_free(&w->lively);
     id_pool_free(&w->body_ids);
-    id_pool_free(&w->solid_ids);
-    id_pool_free(&w->interest_ids);
+    id_pool_free(&w->collider_ids);
+    id_pool_free(&w->subscription_ids);
     id_pool_free(&w->pair_ids);
     id_pool_free(&w->watch_ids);
     id_pool_free(&w->payer_ids);
@@ -109,8 +109,8 @@ void world_destroy(world *w)
     array_free(&w->payers);
     pair_map_free(&w->pair_of);
     pair_map_free(&w->names);
-    for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
-    array_free_in_place(&w->solids);
+    for (size_t i = 0; i < w->colliders.count; i++) collider_free(&w->colliders.at[i]);
+    array_free_in_place(&w->colliders);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free_in_place(&w->pairs);
     free(w->rulings);
@@ -120,11 +120,11 @@ void world_destroy(world *w)
     array_free(&w->glided);
     array_free(&w->past_bodies);
     array_free(&w->sort_scratch);
-    array_free(&w->changed_interests);
+    array_free(&w->changed_subscriptions);
     array_free(&w->ghosts);
     array_free(&w->reap);
-    array_free(&w->ghost_solids);
-    array_free(&w->reap_solids);
+    array_free(&w->ghost_colliders);
+    array_free(&w->reap_colliders);
     array_free(&w->expiries);
     array_free(&w->held_now);
     array_free(&w->unknown_due);
@@ -153,7 +153,7 @@ static void begin_tick(world *w, int64_t now_ns)
     w->now_ns = now_ns;
     w->figures.ticks++;
     w->round++;
-    interest_begin_tick(w);
+    subscription_begin_tick(w);
     body_reap(w);
     slices_begin(w);
     leaving_begin(w);
@@ -165,7 +165,7 @@ static void end_tick(world *w)
     pair_end_unwatched(w);
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
     for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
-    interest_end_tick(w);
+    subscription_end_tick(w);
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
     w->effort = 0;
@@ -179,7 +179,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     begin_tick(w, now_ns);
 
     /* what was commanded */
-    interest_settle_changes(w);
+    subscription_settle_changes(w);
     body_settle_dirty(w);
     expiry_find(w);
 
@@ -190,7 +190,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     pair_collect_active(w);
 
     /* what they are to each other, were on their way, and will be */
-    ladder_decide(w);
+    cascade_decide(w);
     impact_decide(w);
 
     /* who is told */
@@ -203,7 +203,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     past_keep(w);
     events_held_back(w);
     events_snapshots(w);
-    slices_tell(w);
+    slices_report(w);
     events_collect(w, out);
     end_tick(w);
 }
@@ -221,7 +221,7 @@ int64_t world_next_due_ns(const world *w)
 {
     int64_t due = expiry_next_ns(w);
     for (size_t i = 0; i < w->lively.count; i++) {
-        const interest *x = &w->interests.at[w->lively.at[i]];
+        const subscription *x = &w->subscriptions.at[w->lively.at[i]];
         if (x->used && x->held.count && x->next_update_ns < due) due = x->next_update_ns;
     }
     return due;
@@ -248,21 +248,21 @@ world_figures world_get_figures(const world *w)
     return w->figures;
 }
 
-const char *world_rung_name(world_rung rung)
+const char *world_stage_name(world_stage stage)
 {
-    static const char *const NAMES[RUNG_COUNT] = {
-        [RUNG_UNASKED] = "unasked",
-        [RUNG_UNKNOWN] = "unknown",
-        [RUNG_STANDING] = "standing",
-        [RUNG_BOUNDS] = "bounds",
-        [RUNG_MOTION_BOUND] = "motion_bound",
-        [RUNG_CACHED_AXIS] = "cached_axis",
-        [RUNG_CLOSED_FORM] = "closed_form",
-        [RUNG_GJK] = "gjk",
-        [RUNG_EPA] = "epa",
-        [RUNG_SAT] = "sat",
-        [RUNG_CCD] = "ccd",
-        [RUNG_MPR] = "mpr",
+    static const char *const NAMES[STAGE_COUNT] = {
+        [STAGE_UNASKED] = "unasked",
+        [STAGE_UNKNOWN] = "unknown",
+        [STAGE_STANDING] = "standing",
+        [STAGE_BOUNDS] = "bounds",
+        [STAGE_MOTION_BOUND] = "motion_bound",
+        [STAGE_CACHED_AXIS] = "cached_axis",
+        [STAGE_CLOSED_FORM] = "closed_form",
+        [STAGE_GJK] = "gjk",
+        [STAGE_EPA] = "epa",
+        [STAGE_SAT] = "sat",
+        [STAGE_CCD] = "ccd",
+        [STAGE_MPR] = "mpr",
     };
-    return rung < RUNG_COUNT ? NAMES[rung] : "?";
+    return stage < STAGE_COUNT ? NAMES[stage] : "?";
 }

@@ -5,10 +5,10 @@
  * been decoded by wire_lcm.h or wire_dds.h borrows from the arena or the sample that it was decoded from.
  *
  * The same fields, in the same order and under the same names, stand in collided.idl and collided.lcm, but for
- * `client`, `body`, `interest` and `object`, which are `client_id`, `body_id`, `subscription_id` and `object_id` there,
- * and the `status` of an Answer, which is its `outcome`; wire_schema.h describes them as a table, from which checking,
- * coding and recording are made. The last field of each message is `extensions` (wire_extensions.h): it carries what is
- * added later. */
+ * `client`, `body`, `subscription` and `object`, which are `client_id`, `body_id`, `subscription_id` and `object_id`
+ * there, and the `status` of an Answer, which is its `outcome`; wire_schema.h describes them as a table, from which
+ * checking, coding and recording are made. The last field of each message is `extensions` (wire_extensions.h): it
+ * carries what is added later. */
 #ifndef COLLIDED_WIRE_WIRE_H
 #define COLLIDED_WIRE_WIRE_H
 
@@ -71,7 +71,7 @@ typedef enum wire_kind {
     WIRE_BODY,
     WIRE_POSE_BATCH,
     WIRE_VERTEX_BATCH,
-    WIRE_INTEREST,
+    WIRE_SUBSCRIPTION,
     WIRE_QUERY,
     WIRE_RECEIPT,
     /* from the daemon */
@@ -145,11 +145,11 @@ typedef struct wire_body {
     int32_t body; /* the client's own number for it, >= 0 */
     uint8_t removed;
     uint8_t motion;           /* WIRE_MOTION_*: fixed bodies are not checked against each other */
-    uint8_t ccd;              /* WIRE_CCD_*: is its way between two poses looked at, for interests in impacts */
-    double acceleration_m_s2; /* >= 0: what is foretold holds for all motions that accelerate by at most so much ... */
+    uint8_t ccd;              /* WIRE_CCD_*: is its way between two poses looked at, for subscriptions in impacts */
+    double acceleration_m_s2; /* >= 0: what is predicted holds for all motions that accelerate by at most so much ... */
     double angular_acceleration_rad_s2; /* ... and so much */
     const char *name;
-    const char *group;     /* "" = none; interests and rules select by it ("group:NAME") */
+    const char *group;     /* "" = none; subscriptions and rules select by it ("group:NAME") */
     int64_t category;      /* bits of what it is; a pair is checked when each one's mask has a bit of the other's */
     int64_t mask;          /* bits of what it meets */
     uint8_t one_way;       /* 1: its own mask alone decides about pairs with bodies that are not one-way */
@@ -227,8 +227,8 @@ enum {
     WIRE_FACT_PREDICT = 16
 };
 
-/* How far a pair is looked into for its touch, distance and manifold. A pair that several interests share gets what the
- * finest of them asks. */
+/* How far a pair is looked into for its touch, distance and manifold. A pair that several subscriptions share gets what
+ * the finest of them asks. */
 enum {
     WIRE_BY_TOLERANCE = 0, /* until the interval is as narrow as the tolerance */
     WIRE_BY_BOXES = 1,     /* bounds by boxes and one support point a shape, told anew when they no longer hold */
@@ -245,29 +245,29 @@ enum {
 
 #define WIRE_FINEST_RELATIVE 1e-15 /* doubles do not tell less apart */
 
-/* Interest: what a subscriber wants to know, and the stream on which it wants to be told. */
-typedef struct wire_interest {
+/* Subscription: what a subscriber wants to know, and the stream on which it wants to be told. */
+typedef struct wire_subscription {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    int32_t interest; /* the client's own number for it, >= 0 */
+    int32_t subscription; /* the client's own number for it, >= 0 */
     uint8_t removed;
-    int32_t facts;             /* WIRE_FACT_* */
-    const char *stream;        /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
-                                  only, since it names a DDS partition and an LCM channel */
-    const char *select_a;      /* pairs of one body that matches this ... */
-    const char *select_b;      /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
-    double threshold_m;        /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
-    double range_m;            /* distance: report pairs nearer than this */
-    double tolerance_m;        /* asked width of the intervals; 0: relative_tolerance says it */
+    int32_t facts;        /* WIRE_FACT_* */
+    const char *stream;   /* its name; "" = "<client as 16 hex digits>.<subscription>". Letters, digits and . _ - : /
+                             only, since it names a DDS partition and an LCM channel */
+    const char *select_a; /* pairs of one body that matches this ... */
+    const char *select_b; /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
+    double threshold_m;   /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
+    double range_m;       /* distance: report pairs nearer than this */
+    double tolerance_m;   /* asked width of the intervals; 0: relative_tolerance says it */
     double relative_tolerance; /* the same as a share of the pair's size (the reaches of both shapes together), where
                                   tolerance_m is 0; 0 or 1e-15 .. 1. Both 0: as narrow as arithmetic gives */
     uint8_t accuracy;          /* WIRE_BY_*: how far a pair is looked into */
     double hysteresis_m;       /* >= 0: a contact ends, and near turns far, only so much beyond threshold_m, range_m */
-    double horizon_s;          /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
+    double horizon_s;          /* predict: contacts up to so long after the newest pose of a pair; > 0 */
     double rate_hz;            /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
     wire_u8s extensions;
-} wire_interest;
+} wire_subscription;
 
 enum {
     WIRE_QUERY_RAY = 1,      /* origin, direction, length: first hit */
@@ -301,14 +301,14 @@ typedef struct wire_query {
     wire_u8s extensions;
 } wire_query;
 
-/* Receipt: how far a subscriber has got with the stream of one of its interests. It paces what is sent, and is no
+/* Receipt: how far a subscriber has got with the stream of one of its subscriptions. It paces what is sent, and is no
  * command. With epoch 0 it is of no stream, and says what its sender has published: `batch` is the sequence of the
  * newest PoseBatch, 0 = none. */
 typedef struct wire_receipt {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    int32_t interest;
+    int32_t subscription;
     int64_t epoch;
     int64_t batch;   /* the last one that came in order; 0 = none */
     int64_t tick;    /* of a snapshot that is not whole yet: its tick; 0 = `batch` itself has come */
@@ -348,7 +348,7 @@ enum {
     WIRE_EVENT_BEGIN = 1,     /* a contact began */
     WIRE_EVENT_UPDATE = 2,    /* it persists */
     WIRE_EVENT_END = 3,       /* it ended; `causes` says by what */
-    WIRE_EVENT_NEAR = 4,      /* not in contact, nearer than the interest's range: distance */
+    WIRE_EVENT_NEAR = 4,      /* not in contact, nearer than the subscription's range: distance */
     WIRE_EVENT_FAR = 5,       /* no longer within range */
     WIRE_EVENT_UNKNOWN = 6,   /* a pose is past its deadline: nothing can be said of this pair, it is not free */
     WIRE_EVENT_KNOWN = 7,     /* and can be said again; its state follows */
@@ -363,7 +363,7 @@ enum { /* why an event: what ended a contact, or made a pair unknown */
     WIRE_CAUSE_OWNER_LOST = 2,
     WIRE_CAUSE_FILTER = 3,
     WIRE_CAUSE_SHAPE = 4,        /* the body's shapes changed */
-    WIRE_CAUSE_SUBSCRIPTION = 5, /* the interest was changed or removed */
+    WIRE_CAUSE_SUBSCRIPTION = 5, /* the subscription was changed or removed */
     WIRE_CAUSE_SHUTDOWN = 6,
     WIRE_CAUSE_STALE = 7,
     WIRE_CAUSE_SNAPSHOT = 8, /* it began before; told again as part of the current state */
@@ -373,8 +373,8 @@ enum { /* why an event: what ended a contact, or made a pair unknown */
 /* EventBatch: what happened on one stream in one tick. Arrays with one entry an event. */
 typedef struct wire_event_batch {
     int32_t version;
-    int64_t client; /* of the interest */
-    int32_t interest;
+    int64_t client; /* of the subscription */
+    int32_t subscription;
     int64_t epoch; /* changes when the daemon restarts, or its standby takes over: see wire_same_line */
     int64_t batch; /* number of the batch on this stream, from 1, without gaps */
     int64_t tick;
@@ -386,9 +386,9 @@ typedef struct wire_event_batch {
                                negative: the stream's own client is among them */
     int32_t refused;        /* poses of this step, of the stream's own client, that were refused ... */
     uint8_t refusal;        /* ... and why the first of them was: a wire_reason; WIRE_OK: none was */
-    int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks, and all
-                               that max_pairs leaves out */
-    uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */
+    int64_t undone;    /* pairs of this subscription that the budget left with a wider interval than it asks, and all
+                          that max_pairs leaves out */
+    uint8_t heartbeat; /* 1: nothing is told, and `batch` is the number of the last batch again */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp that what is told now rests on, 0 = none is stamped */
     uint8_t snapshot;       /* 1: the whole state as of `batch`; forget what you knew. Sent first, and after a loss */
     uint8_t closing;        /* 1: the stream ends with this batch */
@@ -418,12 +418,12 @@ typedef struct wire_event_batch {
     wire_f64s manifold_points;    /* 3 a point, world */
     wire_f64s manifold_distances; /* 1 a point */
     wire_i64s manifold_features;  /* 1 a point */
-    wire_f64s impact_times;       /* 2 an impact (IMPACT, FORETOLD): s after its start; apart before the first, touching
-                                     at the second, both proven; the second may be infinite: not proven */
-    wire_i64s impact_starts_ns;   /* 1 an impact: IMPACT: stamp of the pose the longer way began with; FORETOLD: of the
-                                     newest pose */
-    wire_f64s impact_poses;       /* 14 an impact: A's and B's bodies at the first of the two times */
-    wire_u8s impact_estimated;    /* 1 an impact: 1 = a velocity was estimated from two poses */
+    wire_f64s impact_times;     /* 2 an impact (IMPACT, PREDICTED): s after its start; apart before the first, touching
+                                   at the second, both proven; the second may be infinite: not proven */
+    wire_i64s impact_starts_ns; /* 1 an impact: IMPACT: stamp of the pose the longer way began with; PREDICTED: of the
+                                   newest pose */
+    wire_f64s impact_poses;     /* 14 an impact: A's and B's bodies at the first of the two times */
+    wire_u8s impact_estimated;  /* 1 an impact: 1 = a velocity was estimated from two poses */
     wire_u8s extensions;
 } wire_event_batch;
 
@@ -478,13 +478,14 @@ typedef struct wire_reject {
     int64_t sequence; /* of the message, 0 if it cannot be told */
     int64_t epoch;
     uint8_t kind;   /* wire_kind of the message */
-    int32_t object; /* body or interest, -1 = none */
+    int32_t object; /* body or subscription, -1 = none */
     uint8_t reason; /* wire_reason */
     const char *text;
     wire_u8s extensions;
 } wire_reject;
 
-/* Ack: these messages have been applied (Client, Geometry, Body, Interest). One that is refused has a Reject instead.
+/* Ack: these messages have been applied (Client, Geometry, Body, Subscription). One that is refused has a Reject
+ * instead.
  */
 typedef struct wire_ack {
     int32_t version;
@@ -503,7 +504,7 @@ typedef struct wire_message {
         wire_body body;
         wire_pose_batch pose_batch;
         wire_vertex_batch vertex_batch;
-        wire_interest interest;
+        wire_subscription subscription;
         wire_query query;
         wire_receipt receipt;
         wire_answer answer;
@@ -527,7 +528,8 @@ wire_reason wire_check(const wire_message *m, wire_refusal *refusal);
 const char *wire_kind_name(wire_kind kind);       /* "Client", ... */
 const char *wire_reason_name(wire_reason reason); /* "wrong_version", ... */
 
-/* Client and sequence of a message (0 where it has none), and its body or interest (-1 if none): for Ack and Reject. */
+/* Client and sequence of a message (0 where it has none), and its body or subscription (-1 if none): for Ack and
+ * Reject. */
 void wire_origin(const wire_message *m, int64_t *client, int64_t *sequence, int32_t *object);
 
 /* An epoch is the time of the daemon's start but for its last 16 bits, which count how often its standby took over:

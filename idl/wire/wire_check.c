@@ -111,17 +111,17 @@ static wire_reason check_vertex_batch(const wire_vertex_batch *m, wire_refusal *
     return check_magnitudes("vertices", m->vertices, WIRE_SIZE_MAX, why);
 }
 
-static wire_reason check_horizon(const wire_interest *m, wire_refusal *why)
+static wire_reason check_horizon(const wire_subscription *m, wire_refusal *why)
 {
-    bool foretells = m->facts & WIRE_FACT_PREDICT;
+    bool predicts = m->facts & WIRE_FACT_PREDICT;
     TRY(check_at_least("horizon_s", m->horizon_s, 0, why));
-    if (m->horizon_s > WIRE_SPAN_MAX || (foretells && m->horizon_s == 0))
+    if (m->horizon_s > WIRE_SPAN_MAX || (predicts && m->horizon_s == 0))
         FAIL(WIRE_BAD_SIZE, "horizon_s is %g s: %s 0 and at most %g is allowed", m->horizon_s,
-            foretells ? "above" : "at least", WIRE_SPAN_MAX);
+            predicts ? "above" : "at least", WIRE_SPAN_MAX);
     return WIRE_OK;
 }
 
-static wire_reason check_accuracy(const wire_interest *m, wire_refusal *why)
+static wire_reason check_accuracy(const wire_subscription *m, wire_refusal *why)
 {
     double relative = m->relative_tolerance;
     TRY(check_at_least("tolerance_m", m->tolerance_m, 0, why));
@@ -136,11 +136,11 @@ static wire_reason check_accuracy(const wire_interest *m, wire_refusal *why)
     return WIRE_OK;
 }
 
-static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
+static wire_reason check_subscription(const wire_subscription *m, wire_refusal *why)
 {
     int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT;
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("subscription_id", m->interest, 0, INT32_MAX, why));
+    TRY(check_between("subscription_id", m->subscription, 0, INT32_MAX, why));
     TRY(check_between("removed", m->removed, 0, 1, why));
     if (m->removed) return WIRE_OK;
     TRY(check_between("facts", m->facts, 1, known, why));
@@ -220,7 +220,7 @@ static wire_reason check_query(const wire_query *m, wire_refusal *why)
 static wire_reason check_receipt(const wire_receipt *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("subscription_id", m->interest, 0, INT32_MAX, why));
+    TRY(check_between("subscription_id", m->subscription, 0, INT32_MAX, why));
     TRY(check_between("batch", m->batch, 0, INT64_MAX, why));
     TRY(check_between("tick", m->tick, 0, INT64_MAX, why));
     TRY(check_between("part", m->part, 0, INT32_MAX, why));
@@ -259,8 +259,8 @@ static wire_reason check_own_rules(const wire_message *m, wire_refusal *why)
         return check_pose_batch(&m->pose_batch, why);
     case WIRE_VERTEX_BATCH:
         return check_vertex_batch(&m->vertex_batch, why);
-    case WIRE_INTEREST:
-        return check_interest(&m->interest, why);
+    case WIRE_SUBSCRIPTION:
+        return check_subscription(&m->subscription, why);
     case WIRE_QUERY:
         return check_query(&m->query, why);
     case WIRE_RECEIPT:

@@ -92,11 +92,11 @@
     F(S, vertices, vertices, F64S, 3 * WIRE_POSES_MAX, FINITE)                                                         \
     F(S, extensions, extensions, U8S, WIRE_BATCH_EXTENSIONS_MAX, FINITE)
 
-#define WIRE_FIELDS_interest(F, S)                                                                                     \
+#define WIRE_FIELDS_subscription(F, S)                                                                                 \
     F(S, version, version, I32, 0, FINITE)                                                                             \
     F(S, client, client_id, I64, 0, FINITE)                                                                            \
     F(S, sequence, sequence, I64, 0, FINITE)                                                                           \
-    F(S, interest, subscription_id, I32, 0, FINITE)                                                                    \
+    F(S, subscription, subscription_id, I32, 0, FINITE)                                                                \
     F(S, removed, removed, U8, 0, FINITE)                                                                              \
     F(S, facts, facts, I32, 0, FINITE)                                                                                 \
     F(S, stream, stream, STRING, WIRE_NAME_MAX, FINITE)                                                                \
@@ -135,7 +135,7 @@
     F(S, version, version, I32, 0, FINITE)                                                                             \
     F(S, client, client_id, I64, 0, FINITE)                                                                            \
     F(S, sequence, sequence, I64, 0, FINITE)                                                                           \
-    F(S, interest, subscription_id, I32, 0, FINITE)                                                                    \
+    F(S, subscription, subscription_id, I32, 0, FINITE)                                                                \
     F(S, epoch, epoch, I64, 0, FINITE)                                                                                 \
     F(S, batch, batch, I64, 0, FINITE)                                                                                 \
     F(S, tick, tick, I64, 0, FINITE)                                                                                   \
@@ -169,7 +169,7 @@
 #define WIRE_FIELDS_event_batch(F, S)                                                                                  \
     F(S, version, version, I32, 0, FINITE)                                                                             \
     F(S, client, client_id, I64, 0, FINITE)                                                                            \
-    F(S, interest, subscription_id, I32, 0, FINITE)                                                                    \
+    F(S, subscription, subscription_id, I32, 0, FINITE)                                                                \
     F(S, epoch, epoch, I64, 0, FINITE)                                                                                 \
     F(S, batch, batch, I64, 0, FINITE)                                                                                 \
     F(S, tick, tick, I64, 0, FINITE)                                                                                   \
@@ -255,7 +255,7 @@
     M(WIRE_BODY, body, Body)                                                                                           \
     M(WIRE_POSE_BATCH, pose_batch, PoseBatch)                                                                          \
     M(WIRE_VERTEX_BATCH, vertex_batch, VertexBatch)                                                                    \
-    M(WIRE_INTEREST, interest, Subscription)                                                                           \
+    M(WIRE_SUBSCRIPTION, subscription, Subscription)                                                                   \
     M(WIRE_QUERY, query, Query)                                                                                        \
     M(WIRE_RECEIPT, receipt, Receipt)                                                                                  \
     M(WIRE_ANSWER, answer, Answer)                                                                                     \

@@ -51,11 +51,11 @@ void wire_origin(const wire_message *m, int64_t *client, int64_t *sequence, int3
     const int64_t *number = s ? field_of(m, s, "sequence") : NULL;
     *client = from ? *from : 0;
     *sequence = number ? *number : 0;
-    *object = m->kind == WIRE_BODY          ? m->body.body
-              : m->kind == WIRE_INTEREST    ? m->interest.interest
-              : m->kind == WIRE_RECEIPT     ? m->receipt.interest
-              : m->kind == WIRE_EVENT_BATCH ? m->event_batch.interest
-                                            : -1;
+    *object = m->kind == WIRE_BODY           ? m->body.body
+              : m->kind == WIRE_SUBSCRIPTION ? m->subscription.subscription
+              : m->kind == WIRE_RECEIPT      ? m->receipt.subscription
+              : m->kind == WIRE_EVENT_BATCH  ? m->event_batch.subscription
+                                             : -1;
 }
 
 static uint64_t mix(uint64_t h, uint64_t word)

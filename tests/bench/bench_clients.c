@@ -55,7 +55,7 @@ static int be_client(const char *uri, int number)
     char name[32];
     collided_shape cube = collided_box(1, 1, 1);
     collided_body_def def = collided_body_def_default();
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     collided_def who = collided_def_default();
     snprintf(name, sizeof name, "client %d", number);
     who.connect_timeout_s = s->patience_s;

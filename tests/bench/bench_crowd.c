@@ -56,7 +56,7 @@ static bool connect_one(one *o, const char *uri, int number)
     char name[32];
     collided_shape cube = collided_box(1, 1, 1);
     collided_body_def def = collided_body_def_default();
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     collided_def who = collided_def_default();
     who.lease_s = 20; /* whoever waits for his turn polls rarely */
     who.connect_timeout_s = 60;
@@ -135,7 +135,7 @@ static int be_deaf(const char *uri)
 {
     shared *s = map();
     collided_def who = collided_def_default();
-    collided_interest_def all = collided_interest_def_default();
+    collided_subscription_def all = collided_subscription_def_default();
     who.connect_timeout_s = 60;
     who.lease_s = 20;
     collided *c = s ? collided_connect(uri, &who) : NULL;

@@ -25,12 +25,12 @@ static int64_t now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-static world *create_world(const world_interest *asked)
+static world *create_world(const world_subscription *asked)
 {
     world_options o = world_options_default();
     world *w = world_create(&o);
     uint32_t id = WORLD_NONE;
-    world_put_interest(w, &id, asked);
+    world_put_subscription(w, &id, asked);
     return w;
 }
 
@@ -60,7 +60,7 @@ typedef struct player {
 
 static void begin(player *p, const coherence_scene *scene, const notch *n, size_t ticks)
 {
-    world_interest asked = {.facts = n->accuracy == WORLD_BY_VERDICT ? WORLD_TOUCH : WORLD_TOUCH | WORLD_DISTANCE,
+    world_subscription asked = {.facts = n->accuracy == WORLD_BY_VERDICT ? WORLD_TOUCH : WORLD_TOUCH | WORLD_DISTANCE,
         .select_a = "*",
         .select_b = "*",
         .range = RANGE,
@@ -180,7 +180,7 @@ static uint64_t grant(void *context, uint64_t done)
 
 static void crowd_begin(crowd *c, const compound *person, bool budget, size_t ticks)
 {
-    world_interest asked = {.facts = WORLD_TOUCH | WORLD_DISTANCE,
+    world_subscription asked = {.facts = WORLD_TOUCH | WORLD_DISTANCE,
         .select_a = "*",
         .select_b = "*",
         .range = CROWD_RANGE,

@@ -161,10 +161,11 @@ static void put_body(player *p, size_t index, const load_body *from)
 static void player_begin(player *p, const load_bodies *bodies, unsigned facts, size_t ticks)
 {
     world_options o = world_options_default();
-    world_interest interest = {.facts = facts, .select_a = "*", .select_b = "*", .range = 0.5, .tolerance = 1e-6};
+    world_subscription subscription = {
+        .facts = facts, .select_a = "*", .select_b = "*", .range = 0.5, .tolerance = 1e-6};
     uint32_t id = WORLD_NONE;
     *p = (player){.w = world_create(&o)};
-    world_put_interest(p->w, &id, &interest);
+    world_put_subscription(p->w, &id, &subscription);
     if (bodies->count > LINKS_MAX || !bench_samples_init(&p->ticks, ticks)) abort();
     for (size_t i = 0; i < bodies->count; i++) put_body(p, i, &bodies->at[i]);
 }

@@ -1,9 +1,9 @@
 /* bench_latency: from a pose to the event that follows from it, through the daemon, beside the same payload going to
  * and fro over the same transport alone (raw_ping.h for DDS, raw_lcm.h for LCM), a round of each in turn.
  *
- * The world: cubes of side 1 m on a grid of 4 m, all at rest, of which one stands close to cube_0, and an interest in
- * cube_0's contacts. A round publishes a batch of the first `poses` bodies, each a little away from where it was, and
- * ends when the batch of events with its step is there: in the callback, as at the listener of the transport alone
+ * The world: cubes of side 1 m on a grid of 4 m, all at rest, of which one stands close to cube_0, and a subscription
+ * in cube_0's contacts. A round publishes a batch of the first `poses` bodies, each a little away from where it was,
+ * and ends when the batch of events with its step is there: in the callback, as at the listener of the transport alone
  * (with LCM both are polled); "polled" is the same round until collided_poll has returned. Where there are two
  * processors, this process has one and all others have the other one: where threads are woken costs more than most of
  * what is measured, and must be the same for all. --security: over DDS alone, open, and in closed sites that sign and
@@ -32,7 +32,7 @@ typedef struct scene {
     size_t world, poses;
     collided_body *bodies; /* the world's, and one beside cube_0 */
     double *positions, *orientations;
-    int64_t step, heard_step, heard_ns, lost;
+    int64_t step, heard_step, last_seen_ns, lost;
 } scene;
 
 typedef struct way { /* to the daemon */
@@ -78,7 +78,7 @@ static void on_batch(void *context, const collided_batch *b)
     s->lost += b->lost;
     if (b->step <= s->heard_step || !b->event_count) return;
     s->heard_step = b->step;
-    s->heard_ns = bench_now_ns();
+    s->last_seen_ns = bench_now_ns();
 }
 
 static bool scene_open(scene *s, const char *uri, const char *security, size_t world, size_t poses)
@@ -97,7 +97,7 @@ static bool scene_open(scene *s, const char *uri, const char *security, size_t w
         fprintf(stderr, "%s: %s\n", uri, collided_connect_error());
         return false;
     }
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     watch.select_a = "cube_0";
     watch.callback = on_batch;
     watch.context = s;
@@ -142,7 +142,7 @@ static bool run_round(scene *s, int64_t *until_heard, int64_t *until_polled)
         if (left <= 0) return false;
         collided_poll(s->client, 1e-9 * (double)left);
     }
-    *until_heard = s->heard_ns - began;
+    *until_heard = s->last_seen_ns - began;
     *until_polled = bench_now_ns() - began;
     return true;
 }

@@ -1,5 +1,5 @@
 /* bench_pareto: speed against accuracy. Every pair type separated, in shallow and in deep contact, cold and coherent
- * (narrow_scene.h); ours at each rung of the dial, and each peer at each tolerance that it can be given
+ * (narrow_scene.h); ours at each stage of the dial, and each peer at each tolerance that it can be given
  * (pareto_sweep.h), interleaved in one process (narrow_race.h) and judged by the truth in 113 bits (narrow_truth.h).
  * One thread. Tables, or one JSON object a line, on stdout; progress and the count of who is dominated on stderr.
  *

@@ -96,7 +96,7 @@ static bool scene_open(scene *s, const char *uri, size_t bodies, size_t steps)
         fprintf(stderr, "%s: %s\n", uri, collided_connect_error());
         return false;
     }
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     watch.callback = on_batch;
     watch.context = s;
     if (create_bodies(s) && collided_subscribe(s->client, &watch).id != COLLIDED_NONE &&

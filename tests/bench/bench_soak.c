@@ -27,7 +27,7 @@ static const int64_t VISITED_EVENTS = 5000000;
 
 typedef struct soak {
     collided *client;
-    collided_interest watch;
+    collided_subscription watch;
     collided_body bodies[PAIRS];
     double positions[3 * PAIRS], orientations[4 * PAIRS];
     int64_t step, heard, events, lost, begins, ends;
@@ -66,7 +66,7 @@ static void on_batch(void *context, const collided_batch *b)
 
 static void subscribe(soak *s)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.callback = on_batch;
     def.context = s;
     s->watch = collided_subscribe(s->client, &def);

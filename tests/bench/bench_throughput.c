@@ -63,7 +63,7 @@ static bool scene_open(scene *s, const char *uri, size_t world, size_t batch)
         fprintf(stderr, "%s: %s\n", uri, collided_connect_error());
         return false;
     }
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     watch.select_a = "cube_0";
     watch.callback = on_batch;
     watch.context = s;

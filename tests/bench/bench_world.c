@@ -1,6 +1,6 @@
-/* bench_world: what a tick of the world costs. First temporal coherence: which rung of the ladder settles how many
+/* bench_world: what a tick of the world costs. First temporal coherence: which stage of the cascade settles how many
  * pairs of a robot cell and of a crowd, and what the caches save. Then one body that moves in worlds of ever more
- * bodies: the cost follows what changed. Then what is foretold of 1,000 pairs over a second, and the ways of 10,000
+ * bodies: the cost follows what changed. Then what is predicted of 1,000 pairs over a second, and the ways of 10,000
  * bodies. One thread, one worker. */
 #include "bench.h"
 
@@ -17,9 +17,9 @@ static world *create_world(bool caches)
     world_options o = world_options_default();
     o.caches = caches;
     world *w = world_create(&o);
-    world_interest touches = {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
+    world_subscription touches = {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
     uint32_t id = WORLD_NONE;
-    world_put_interest(w, &id, &touches);
+    world_put_subscription(w, &id, &touches);
     return w;
 }
 
@@ -65,8 +65,8 @@ static void tell_coherence(const coherence_scene *scene, player *cached, player 
 {
     world_figures f = world_get_figures(cached->w);
     double separated = (double)(f.pair_ticks - cached->touching);
-    double motion = (double)f.rungs[RUNG_MOTION_BOUND] / separated,
-           axis = (double)f.rungs[RUNG_CACHED_AXIS] / separated;
+    double motion = (double)f.stages[STAGE_MOTION_BOUND] / separated,
+           axis = (double)f.stages[STAGE_CACHED_AXIS] / separated;
     double us = bench_percentile_us(&cached->ticks, 0.5), us_cold = bench_percentile_us(&cold->ticks, 0.5);
     double p99 = bench_percentile_us(&cached->ticks, 0.99), p99_cold = bench_percentile_us(&cold->ticks, 0.99);
     if (json)
@@ -228,7 +228,7 @@ static double wrapped(double x, double side)
     return side > 0 && x > side ? x - side : side > 0 && x < 0 ? x + side : x;
 }
 
-/* Pairs fly to and fro, so that what is foretold comes and goes; the crowd flies on. */
+/* Pairs fly to and fro, so that what is predicted comes and goes; the crowd flies on. */
 static void fly_tick(flight *f, int tick)
 {
     int64_t now_ns = 1000000000 + (int64_t)tick * (1000000000 / HZ);
@@ -246,7 +246,7 @@ static void fly_tick(flight *f, int tick)
 
 typedef struct flight_kind {
     const char *scene;
-    unsigned facts; /* of the interest */
+    unsigned facts; /* of the subscription */
     double horizon; /* s */
     void (*put)(flight *f, uint64_t *random);
 } flight_kind;
@@ -285,10 +285,10 @@ static void measure_flight(const flight_kind *k, bool json, double seconds)
     int ticks = (int)ceil(seconds * IMPACT_TICKS_A_SECOND);
     f = (flight){.w = world_create(&o)};
     if (!bench_samples_init(&f.ticks, (size_t)ticks)) abort();
-    world_interest interest = {
+    world_subscription subscription = {
         .facts = k->facts, .select_a = "*", .select_b = "*", .tolerance = 1e-6, .horizon = k->horizon};
     uint32_t id = WORLD_NONE;
-    world_put_interest(f.w, &id, &interest);
+    world_put_subscription(f.w, &id, &subscription);
     k->put(&f, &random);
     double busy = busy_now();
     for (int t = 1; t <= ticks; t++) {
@@ -305,8 +305,8 @@ static void measure_flight(const flight_kind *k, bool json, double seconds)
 static void measure_flights(bool json, double seconds)
 {
     static const flight_kind KINDS[] = {
-        {"1,000 pairs foretold", WORLD_FORETELL, 1, put_pairs},
-        {"1,000 pairs, not foretold", WORLD_TOUCH, 0, put_pairs},
+        {"1,000 pairs predicted", WORLD_PREDICT, 1, put_pairs},
+        {"1,000 pairs, not predicted", WORLD_TOUCH, 0, put_pairs},
         {"10,000 bodies swept", WORLD_IMPACT, 0, put_crowd},
     };
     if (!json)

@@ -1,6 +1,6 @@
 /* bench_worst: the longest that one query takes, of shapes made to take long (worst_scene.c), each of up to 100,000
  * triangles or 40,000 points; and a climb over their numbers to what takes longer. It times the entries that ship:
- * narrow_query with the requests that the world's ladder makes of an interest in touches, distances or manifolds,
+ * narrow_query with the requests that the world's cascade makes of a subscription in touches, distances or manifolds,
  * hull_build, and toi_find. A time is that of the thread's processor, the least of a few, so that other processes do
  * not enter it; --bodies N: sizes of N parts of 1,000; --seconds: for each case. One thread. */
 #include "bench.h"
@@ -33,7 +33,7 @@ static double now_ms(void)
 
 /* ---- one query ---- */
 
-/* As ladder.c asks of a pair: relative tolerance 1e-6; the range is that of a pair that is in an event. */
+/* As cascade.c asks of a pair: relative tolerance 1e-6; the range is that of a pair that is in an event. */
 static const struct asked {
     const char *name;
     unsigned facts;

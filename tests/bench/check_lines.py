@@ -60,7 +60,7 @@ def broken(name, row):
         wrong = [key for key in IMPACTS if not isinstance(row.get(key), (int, float)) or row[key] < 0]
         if wrong or row["undecided"]:
             return f"impacts: missing, no number, or in doubt: {', '.join(wrong)}"
-        if bool(row["sweeps"]) == ("not foretold" in row["scene"]):
+        if bool(row["sweeps"]) == ("not predicted" in row["scene"]):
             return "sweeps that nobody asked for, or none"
     if name == "dial" and not row.get("scene"):
         return "no scene"

@@ -148,7 +148,7 @@ static void query_cached(void *self, size_t first, size_t count, narrow_answer *
 
 /* ---- sweeps over tolerances ---- */
 
-static void *create_rung(const narrow_item *items, size_t count, const narrow_row *row)
+static void *create_stage(const narrow_item *items, size_t count, const narrow_row *row)
 {
     ours *o = create_asking(items, count, 0);
     o->relative = row->own;
@@ -157,9 +157,9 @@ static void *create_rung(const narrow_item *items, size_t count, const narrow_ro
     return o;
 }
 
-static void *create_world_rung(const narrow_item *items, size_t count, const narrow_row *row)
+static void *create_world_stage(const narrow_item *items, size_t count, const narrow_row *row)
 {
-    ours *o = create_rung(items, count, row);
+    ours *o = create_stage(items, count, row);
     o->from_world = true;
     return o;
 }
@@ -196,7 +196,7 @@ static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
     }
 }
 
-static void query_rung(void *self, size_t first, size_t count, narrow_answer *out)
+static void query_stage(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
     if (!o->from_world) {
@@ -225,7 +225,7 @@ static bool apart_cheaply(ours *o, const ours_item *it, const pose *b_in_a)
 }
 
 /* The world's cheap proofs, then the query. */
-static void query_ladder(void *self, size_t first, size_t count, narrow_answer *out)
+static void query_cascade(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
@@ -333,23 +333,23 @@ const narrow_peer narrow_ours_cached = {"collided_cached",
     true, takes_coherent_gaps, create, query_cached, destroy, "narrow_motion_bound, narrow_separation, narrow_query"};
 
 const narrow_peer narrow_dial = {"collided",
-    "verdict and distance, interval no wider than the tolerance times the size", true, takes_all, create_rung,
-    query_rung, destroy, "narrow_query"};
+    "verdict and distance, interval no wider than the tolerance times the size", true, takes_all, create_stage,
+    query_stage, destroy, "narrow_query"};
 const narrow_peer narrow_dial_world = {"collided",
     "verdict and distance from world poses, as shape casts ask; exact: as narrow as arithmetic gives", true, takes_all,
-    create_world_rung, query_rung, destroy, "narrow_query_world"};
+    create_world_stage, query_stage, destroy, "narrow_query_world"};
 const narrow_peer narrow_dial_verdict = {"collided",
     "the verdict alone, exact; the distance is the middle of the interval that it left", true, takes_all,
     create_verdict, query_verdict, destroy, "narrow_query"};
-const narrow_peer narrow_dial_ladder = {"collided",
+const narrow_peer narrow_dial_cascade = {"collided",
     "the verdict alone, as the world finds it: motion bound, last axis, a guess, narrow phase", true, takes_all,
-    create_verdict, query_ladder, destroy, "narrow_motion_bound, narrow_apart, narrow_query"};
+    create_verdict, query_cascade, destroy, "narrow_motion_bound, narrow_apart, narrow_query"};
 const narrow_peer narrow_dial_boxes = {"collided", "the two boxes alone: apart, or perhaps not", true, takes_all,
-    create_rung, query_boxes, destroy, "shape_bounds"};
+    create_stage, query_boxes, destroy, "shape_bounds"};
 const narrow_peer narrow_dial_bounds = {"collided",
     "an interval without a search, as the world tells it who asks for no more: one axis or two; a verdict where that "
     "decides",
-    true, takes_all, create_rung, query_bounds, destroy, "narrow_guess_axis, narrow_bounds"};
+    true, takes_all, create_stage, query_bounds, destroy, "narrow_guess_axis, narrow_bounds"};
 const narrow_peer narrow_ours_again = {"collided_again",
     "the full query, with the cache of the frame before: the same bits", true, takes_coherent, create, query_kept,
     destroy, "narrow_query"};

@@ -94,7 +94,7 @@ typedef struct narrow_peer {
 extern const narrow_peer *const narrow_contenders[];
 extern const size_t narrow_contender_count;
 extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached, narrow_ours_again;
-extern const narrow_peer narrow_dial, narrow_dial_world, narrow_dial_boxes, narrow_dial_bounds, narrow_dial_ladder,
+extern const narrow_peer narrow_dial, narrow_dial_world, narrow_dial_boxes, narrow_dial_bounds, narrow_dial_cascade,
     narrow_dial_verdict; /* for sweeps */
 extern const narrow_peer narrow_loop;
 extern const narrow_peer narrow_verify,

@@ -10,7 +10,7 @@ from page import draw, error, fixed, label, machine, table, write
 REGIMES = ["separated", "shallow", "deep"]
 OURS = "collided"
 PERHAPS = ("boxes", "bounds")  # these may leave the verdict open
-LABELS = ["boxes", "bounds", "ladder", "verdict", 1, 0.1, 1e-2, 1e-3, 1e-6, 1e-9, 1e-12, "exact"]
+LABELS = ["boxes", "bounds", "cascade", "verdict", 1, 0.1, 1e-2, 1e-3, 1e-6, 1e-9, 1e-12, "exact"]
 FLOOR = 4e-15  # as ERROR_FLOOR in bench_pareto.c
 NAMES = {"fcl": "FCL distance, libccd's solver", "fcl_collide": "FCL collide, libccd's solver",
          "fcl_indep": "FCL distance, its own solver", "fcl_indep_collide": "FCL collide, its own solver",
@@ -101,7 +101,7 @@ def verdict_duel(run):
         for regime in REGIMES:
             for coherent in (False, True):
                 rows = [r for r in run.rows if (r["pair"], r["regime"], r["coherent"]) == (pair, regime, coherent) and sound(r)]
-                ours = run.at.get((pair, OURS, "ladder" if coherent else "verdict", regime, coherent))
+                ours = run.at.get((pair, OURS, "cascade" if coherent else "verdict", regime, coherent))
                 peer = min((r for r in rows if r["contender"] != OURS), key=lambda r: r["ns_mean"], default=None)
                 cells.append("" if ours is None else f"{fixed(ours['ns_mean'])} : "
                              + (f"{fixed(peer['ns_mean'])} {peer['contender']}" if peer else "no peer"))
@@ -268,13 +268,13 @@ by `script/bench pareto`, from {len(run.rows)} measured points, on {machine()}.
 
 - **What is timed of ours** is what the daemon calls: for each query the relative pose of the two bodies and
   `narrow_query`, with the cache that a tick keeps for the pair (empty where the pair is new); `narrow_query_world`, as shape
-  casts ask, for *exact*; for *ladder* the cheap proofs that a tick tries first. The last table names the functions of each
+  casts ask, for *exact*; for *cascade* the cheap proofs that a tick tries first. The last table names the functions of each
   contender, and a test (`tests/bench/check_shipped.py`) holds that the world calls those of ours.
 
 ## The dial: ours, by tolerance
 
 Mean ns, cold, the classes mixed alike. *boxes*: the two bounding boxes alone (they never miss; of separated bodies they may
-say "perhaps"). *bounds*: an interval by one axis or two, as the world answers who asks for no more. *ladder*: the verdict as the world finds it (motion bound, last axis, a guess, then the narrow phase).
+say "perhaps"). *bounds*: an interval by one axis or two, as the world answers who asks for no more. *cascade*: the verdict as the world finds it (motion bound, last axis, a guess, then the narrow phase).
 *verdict*: the narrow phase asked for the verdict alone. Numbers: the width of the interval, relative to the size, verdict
 exact. *exact*: as narrow as arithmetic gives, to the last bits of the given poses.
 
@@ -291,7 +291,7 @@ and of at most 1e-3:
 
 {duel(run, 1e-3)}
 
-The verdict alone: ours (cold: *verdict*, coherent: *ladder*), which is proven, beside the quickest peer whose verdicts are all
+The verdict alone: ours (cold: *verdict*, coherent: *cascade*), which is proven, beside the quickest peer whose verdicts are all
 right, and which proves nothing. A controller that is content with an unproven yes or no finds it quicker where the second
 number is the smaller one:
 

@@ -12,7 +12,7 @@ extern const size_t pareto_sweep_count;
  */
 #define PARETO_OURS                                                                                                    \
     {&narrow_dial_boxes, 0, "boxes", true, true}, {&narrow_dial_bounds, 0, "bounds", true, true},                      \
-        {&narrow_dial_ladder, 0, "ladder", true, true}, {&narrow_dial_verdict, 0, "verdict", true, true},              \
+        {&narrow_dial_cascade, 0, "cascade", true, true}, {&narrow_dial_verdict, 0, "verdict", true, true},            \
         {&narrow_dial, 1, "1", true, true}, {&narrow_dial, 0.1, "0.1", true, true},                                    \
         {&narrow_dial, 1e-2, "1e-2", true, true}, {&narrow_dial, 1e-3, "1e-3", true, true},                            \
         {&narrow_dial, 1e-6, "1e-6", true, true}, {&narrow_dial, 1e-9, "1e-9", true, true},                            \

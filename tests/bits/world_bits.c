@@ -42,12 +42,12 @@ static uint32_t put(world *w, random_state *r, int i)
 uint64_t world_bits(unsigned workers)
 {
     random_state r = {1618};
-    uint32_t ids[BODIES], interest = WORLD_NONE;
+    uint32_t ids[BODIES], subscription = WORLD_NONE;
     world_options o = world_options_default();
     o.workers = workers;
     world *w = world_create(&o);
-    world_interest all = {
-        .facts = WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_FORETELL,
+    world_subscription all = {
+        .facts = WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_PREDICT,
         .select_a = "*",
         .select_b = "*",
         .range = 0.2,
@@ -55,7 +55,7 @@ uint64_t world_bits(unsigned workers)
         .horizon = 0.05,
     };
     world_batches out = {.hash = 0};
-    if (world_put_interest(w, &interest, &all) != WORLD_OK) abort();
+    if (world_put_subscription(w, &subscription, &all) != WORLD_OK) abort();
     for (int i = 0; i < BODIES; i++) ids[i] = put(w, &r, i);
     for (int tick = 1; tick <= TICKS; tick++) {
         for (int i = 0; i < MOVED; i++) {

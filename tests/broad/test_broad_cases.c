@@ -77,7 +77,7 @@ static void a_box_that_shrank_is_fattened_anew(void **state)
 {
     (void)state;
     broad *b = make_broad(accept_all, NULL);
-    put_box(b, 0, false, cube_at(0, 0, 0, 10), 0.1); /* swept, or widened by a far-reaching interest */
+    put_box(b, 0, false, cube_at(0, 0, 0, 10), 0.1); /* swept, or widened by a far-reaching subscription */
     put_box(b, 1, false, cube_at(5, 0, 0, 0.5), 0.1);
     assert_changes(update(b), 1, 0);
     put_box(b, 0, false, cube_at(0, 0, 0, 1), 0.1);

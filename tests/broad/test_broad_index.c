@@ -192,13 +192,13 @@ static void auto_changes_where_it_says(void **state)
     broad *b = broad_create(BROAD_AUTO, accept_all, NULL);
     fill_to(b, 0, 256);
     assert_int_equal(broad_index_kind(b), BROAD_SWEEP3);
-    broad_tell_index(b, text);
+    broad_report_index(b, text);
     assert_string_equal(text, "sweep3 (auto: 256 proxies; tree for more than 256)");
     fill_to(b, 256, 257);
     assert_int_equal(broad_index_kind(b), BROAD_TREE);
     fill_to(b, 257, 129);
     assert_int_equal(broad_index_kind(b), BROAD_TREE);
-    broad_tell_index(b, text);
+    broad_report_index(b, text);
     assert_string_equal(text, "tree (auto: 129 proxies; sweep3 for 128 and fewer)");
     fill_to(b, 129, 128);
     assert_int_equal(broad_index_kind(b), BROAD_SWEEP3);

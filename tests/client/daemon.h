@@ -10,7 +10,7 @@
 
 typedef struct daemon_state {
     atomic_bool stop;
-    atomic_int clients, bodies, removed, poses, queries, interests, malformed, clients_left;
+    atomic_int clients, bodies, removed, poses, queries, subscriptions, malformed, clients_left;
     _Atomic double last_x;
 } daemon_state;
 

@@ -9,7 +9,8 @@
 #include <unistd.h>
 
 enum { STREAMS_MAX = 64, TAKE = 16, STATUS_MS = 500 };
-static const wire_kind incoming[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_INTEREST, WIRE_QUERY};
+static const wire_kind incoming[] = {
+    WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_SUBSCRIPTION, WIRE_QUERY};
 static const wire_kind outgoing[] = {WIRE_ACK, WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT};
 enum { INCOMING = sizeof incoming / sizeof incoming[0], OUTGOING = sizeof outgoing / sizeof outgoing[0] };
 

@@ -43,7 +43,7 @@ static void ack(const wire_message *sent)
 
 static bool is_announcement(wire_kind kind)
 {
-    return kind == WIRE_CLIENT || kind == WIRE_GEOMETRY || kind == WIRE_BODY || kind == WIRE_INTEREST;
+    return kind == WIRE_CLIENT || kind == WIRE_GEOMETRY || kind == WIRE_BODY || kind == WIRE_SUBSCRIPTION;
 }
 
 static int fake_send(transport *t, const wire_message *m)

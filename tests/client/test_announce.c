@@ -458,14 +458,14 @@ static void ignore(void *context, const collided_batch *b)
     (void)b;
 }
 
-static collided_interest subscribe_to(collided *c, const char *stream)
+static collided_subscription subscribe_to(collided *c, const char *stream)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.stream = stream;
     def.callback = ignore;
-    collided_interest interest = collided_subscribe(c, &def);
-    assert_int_not_equal(interest.id, COLLIDED_NONE);
-    return interest;
+    collided_subscription subscription = collided_subscribe(c, &def);
+    assert_int_not_equal(subscription.id, COLLIDED_NONE);
+    return subscription;
 }
 
 /* The same of the name of a stream. */
@@ -474,21 +474,21 @@ static void a_stream_that_is_being_left_is_taken_in_the_end(void **state)
     (void)state;
     fake_begin((fake_options){.repeats = true, .epoch = 1});
     collided *c = fake_connect();
-    collided_interest old = subscribe_to(c, "arm");
+    collided_subscription old = subscribe_to(c, "arm");
     fake_settle();
-    fake_set((fake_options){.repeats = true, .ignored = WIRE_INTEREST, .epoch = 1});
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_SUBSCRIPTION, .epoch = 1});
     assert_int_equal(collided_unsubscribe(c, old), COLLIDED_OK);
-    fake_message(WIRE_INTEREST, 1);
+    fake_message(WIRE_SUBSCRIPTION, 1);
     (void)subscribe_to(c, "arm");
-    const wire_message *heir = fake_message(WIRE_INTEREST, 2);
-    for (size_t n = 3; heir->interest.removed; n++) heir = fake_message(WIRE_INTEREST, n);
+    const wire_message *heir = fake_message(WIRE_SUBSCRIPTION, 2);
+    for (size_t n = 3; heir->subscription.removed; n++) heir = fake_message(WIRE_SUBSCRIPTION, n);
     fake_reject(heir, WIRE_NAME_TAKEN, "arm");
     fake_settle();
     fake_set((fake_options){.repeats = true, .epoch = 1});
     const wire_message begins = {.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = collided_client_id(c),
-            .interest = heir->interest.interest,
+            .subscription = heir->subscription.subscription,
             .epoch = 1,
             .batch = 1,
             .snapshot = true,
@@ -556,7 +556,8 @@ static void a_refusal_of_what_has_been_acknowledged_is_of_before(void **state)
     collided_close(c);
 }
 
-/* What is refused of a body or an interest that is gone since, or has another word on it, is not refused any more. */
+/* What is refused of a body or a subscription that is gone since, or has another word on it, is not refused any more.
+ */
 static void a_refusal_of_a_word_that_was_replaced_is_of_before(void **state)
 {
     (void)state;

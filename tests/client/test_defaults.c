@@ -27,9 +27,9 @@ static void defaults_are_those_of_the_manual(void **state)
     collided_body_def body = collided_body_def_default();
     assert_int_equal(body.id, COLLIDED_NONE);
     assert_true(body.category == 1 && body.mask == UINT64_MAX && body.pose.orientation[0] == 1.0);
-    collided_interest_def interest = collided_interest_def_default();
-    assert_true(interest.facts == COLLIDED_TOUCH && interest.relative_tolerance == 1e-6 && interest.tolerance_m == 0 &&
-                !strcmp(interest.select_a, "*"));
+    collided_subscription_def subscription = collided_subscription_def_default();
+    assert_true(subscription.facts == COLLIDED_TOUCH && subscription.relative_tolerance == 1e-6 &&
+                subscription.tolerance_m == 0 && !strcmp(subscription.select_a, "*"));
 }
 
 static void unknown_schemes_are_answered_with_the_known_ones(void **state)

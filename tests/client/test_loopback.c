@@ -35,17 +35,17 @@ static void acknowledge(const wire_message *m, daemon_send *send, void *context)
     send(context, &ack);
 }
 
-static void snapshot(const wire_interest *interest, daemon_send *send, void *context)
+static void snapshot(const wire_subscription *subscription, daemon_send *send, void *context)
 {
     const wire_message m = {.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
-            .client = interest->client,
-            .interest = interest->interest,
+            .client = subscription->client,
+            .subscription = subscription->subscription,
             .epoch = 3,
             .batch = 1,
             .snapshot = 1,
             .parts = 1,
-            .stream = interest->stream}};
+            .stream = subscription->stream}};
     send(context, &m);
 }
 
@@ -83,9 +83,9 @@ void daemon_react(daemon_state *d, const wire_message *m, daemon_send *send, voi
         break;
     }
     acknowledge(m, send, context);
-    if (m->kind != WIRE_INTEREST || m->interest.removed) return;
-    atomic_fetch_add(&d->interests, 1);
-    snapshot(&m->interest, send, context);
+    if (m->kind != WIRE_SUBSCRIPTION || m->subscription.removed) return;
+    atomic_fetch_add(&d->subscriptions, 1);
+    snapshot(&m->subscription, send, context);
 }
 
 static void note(void *context, const collided_batch *b)
@@ -133,12 +133,12 @@ static void use_daemon(const char *uri, daemon_state *d)
     assert_int_equal(collided_move(c, body, pose), COLLIDED_OK); /* waits for the acknowledgement by itself */
     assert_int_equal(collided_sync(c, PATIENCE_S), COLLIDED_OK);
     int snapshots = 0;
-    collided_interest_def interest = collided_interest_def_default();
-    interest.callback = note;
-    interest.context = &snapshots;
-    collided_interest watched = collided_subscribe(c, &interest);
+    collided_subscription_def subscription = collided_subscription_def_default();
+    subscription.callback = note;
+    subscription.context = &snapshots;
+    collided_subscription watched = collided_subscribe(c, &subscription);
     for (int i = 0; i < 10 * PATIENCE_S && !snapshots; i++) assert_int_equal(collided_poll(c, 0.1), COLLIDED_OK);
-    assert_true(snapshots >= 1); /* again where the acknowledgement of the interest was slow, and it came twice */
+    assert_true(snapshots >= 1); /* again where the acknowledgement of the subscription was slow, and it came twice */
     collided_result answer;
     assert_int_equal(collided_query_bodies(c, "*", PATIENCE_S, &answer), COLLIDED_OK);
     assert_string_equal(answer.text, "tiny");
@@ -169,12 +169,12 @@ static void answer(void *context, const collided_batch *b)
 {
     listener *l = context;
     (void)b;
-    const collided_interest_def interest = {.callback = answer};
+    const collided_subscription_def subscription = {.callback = answer};
     l->batches++;
     l->elsewhere += !pthread_equal(pthread_self(), l->polls);
     l->published = collided_move(l->c, l->body, collided_pose_identity());
     l->polled = collided_poll(l->c, 0);
-    if (l->elsewhere) l->subscribed = collided_subscribe(l->c, &interest).id;
+    if (l->elsewhere) l->subscribed = collided_subscribe(l->c, &subscription).id;
 }
 
 /* A stream after another, until a callback has run on the thread that its batch came on. */
@@ -184,10 +184,10 @@ static void use_on_arrival(const char *uri, daemon_state *d)
     l.body = make(l.c, "part");
     assert_int_equal(collided_sync(l.c, PATIENCE_S), COLLIDED_OK);
     for (int k = 0; k < 60 && !l.elsewhere; k++) {
-        collided_interest_def interest = collided_interest_def_default();
-        interest.callback = answer;
-        interest.context = &l;
-        collided_interest watched = collided_subscribe(l.c, &interest);
+        collided_subscription_def subscription = collided_subscription_def_default();
+        subscription.callback = answer;
+        subscription.context = &l;
+        collided_subscription watched = collided_subscribe(l.c, &subscription);
         int before = l.batches;
         for (int i = 0; i < 10 * PATIENCE_S && l.batches == before; i++)
             assert_int_equal(collided_poll(l.c, 0.1), COLLIDED_OK);

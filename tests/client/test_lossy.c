@@ -248,7 +248,7 @@ typedef struct part {
 
 typedef struct reading {
     bool wanted, heard;
-    collided_interest interest;
+    collided_subscription subscription;
     char stream[16];
     size_t contacts;
 } reading;
@@ -349,14 +349,14 @@ static void subscribe_or_not(one *o, int k)
 {
     reading *r = &o->readings[k];
     bool was = r->wanted;
-    if (was) assert_int_equal(collided_unsubscribe(o->client, r->interest), COLLIDED_OK);
+    if (was) assert_int_equal(collided_unsubscribe(o->client, r->subscription), COLLIDED_OK);
     *r = (reading){.wanted = !was || draw(2)};
     (void)snprintf(r->stream, sizeof r->stream, "s%d.%d", o->number, k);
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.stream = r->stream;
     def.callback = hear;
     def.context = r;
-    if (r->wanted) r->interest = collided_subscribe(o->client, &def);
+    if (r->wanted) r->subscription = collided_subscribe(o->client, &def);
 }
 
 static void operate(one *o)
@@ -420,7 +420,7 @@ static bool knows_all(one *all)
             same = same && r->heard == r->wanted;
         }
     }
-    return same && counter(all->client, "interests") == wanted && counter(all->client, "contacts") == contacts;
+    return same && counter(all->client, "subscriptions") == wanted && counter(all->client, "contacts") == contacts;
 }
 
 static void *run(void *server)
@@ -498,7 +498,7 @@ static void a_large_snapshot_comes_through_a_storm(void **state)
     }
     assert_int_equal(collided_sync(o.client, PATIENCE_S), COLLIDED_OK);
     reading *r = &o.readings[0];
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.callback = hear;
     def.context = r;
     (void)snprintf(r->stream, sizeof r->stream, "balls");

@@ -23,19 +23,19 @@ static void ignore(void *context, const collided_batch *b)
     (void)b;
 }
 
-static collided_interest subscribe(collided *c)
+static collided_subscription subscribe(collided *c)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.callback = ignore;
     return collided_subscribe(c, &def);
 }
 
-static void answer_without(const collided *c, collided_interest interest, int64_t step, int32_t refused)
+static void answer_without(const collided *c, collided_subscription subscription, int64_t step, int32_t refused)
 {
     const wire_message m = {.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = collided_client_id(c),
-            .interest = interest.id,
+            .subscription = subscription.id,
             .epoch = 1,
             .batch = step + 1,
             .step = step,
@@ -47,9 +47,9 @@ static void answer_without(const collided *c, collided_interest interest, int64_
     fake_give(&m);
 }
 
-static void answer(const collided *c, collided_interest interest, int64_t step)
+static void answer(const collided *c, collided_subscription subscription, int64_t step)
 {
-    answer_without(c, interest, step, 0);
+    answer_without(c, subscription, step, 0);
 }
 
 /* What happens while the client waits for the end of a step: the refusals, one after the other, then the answer. */
@@ -57,7 +57,7 @@ typedef struct meanwhile {
     collided *client;
     const wire_message *refused[2];
     wire_reason reason;
-    collided_interest told; /* COLLIDED_NONE: none is */
+    collided_subscription told; /* COLLIDED_NONE: none is */
     int64_t step;
 } meanwhile;
 
@@ -83,12 +83,12 @@ static collided_status step_with(collided *c, int64_t step, double timeout_s, me
 static void a_refused_subscription_is_not_waited_for(void **state)
 {
     (void)state;
-    fake_begin((fake_options){.epoch = 1, .ignored = WIRE_INTEREST});
+    fake_begin((fake_options){.epoch = 1, .ignored = WIRE_SUBSCRIPTION});
     collided *c = connect_in_step();
-    collided_interest granted = subscribe(c);
+    collided_subscription granted = subscribe(c);
     (void)subscribe(c);
-    fake_ack(fake_message(WIRE_INTEREST, 0));
-    fake_reject(fake_message(WIRE_INTEREST, 1), WIRE_LIMIT, "no more");
+    fake_ack(fake_message(WIRE_SUBSCRIPTION, 0));
+    fake_reject(fake_message(WIRE_SUBSCRIPTION, 1), WIRE_LIMIT, "no more");
     fake_settle();
     meanwhile m = {.client = c, .told = granted, .step = 1};
     assert_int_equal(step_with(c, 1, FAKE_PATIENCE_S, m), COLLIDED_OK);
@@ -101,11 +101,12 @@ static void where_all_are_refused_nothing_is_waited_for(void **state)
 {
     (void)state;
     for (int before = 0; before < 2; before++) {
-        fake_begin((fake_options){.epoch = 1, .ignored = WIRE_INTEREST});
+        fake_begin((fake_options){.epoch = 1, .ignored = WIRE_SUBSCRIPTION});
         collided *c = connect_in_step();
         assert_int_equal(collided_step(c, 1, 0.5), COLLIDED_BAD_ARGUMENT);
         (void)subscribe(c);
-        meanwhile m = {.client = c, .refused = {fake_message(WIRE_INTEREST, 0)}, .reason = WIRE_LIMIT, .told.id = -1};
+        meanwhile m = {
+            .client = c, .refused = {fake_message(WIRE_SUBSCRIPTION, 0)}, .reason = WIRE_LIMIT, .told.id = -1};
         if (before) {
             fake_reject(m.refused[0], WIRE_LIMIT, "no more");
             m.refused[0] = NULL;
@@ -125,7 +126,7 @@ static void a_step_is_refused_by_what_belongs_to_it(void **state)
     for (int own = 0; own < 2; own++) {
         fake_begin((fake_options){.epoch = 1});
         collided *c = connect_in_step();
-        collided_interest told = subscribe(c);
+        collided_subscription told = subscribe(c);
         static const collided_shape ball = {.type = COLLIDED_SPHERE, .radius = 0.1, .pose = {.orientation = {1}}};
         collided_body_def def = collided_body_def_default();
         def.name = "ball", def.shapes = &ball, def.shape_count = 1;
@@ -156,7 +157,7 @@ static void a_step_is_ended_once_and_says_what_was_refused_of_it(void **state)
         fake_begin((fake_options){.epoch = 1});
         collided *c = connect_in_step();
         assert_int_equal(collided_step(c, 1, 0), COLLIDED_TIMEOUT); /* nobody can tell */
-        collided_interest told = subscribe(c);
+        collided_subscription told = subscribe(c);
         fake_settle();
         for (int i = 0; i < 3; i++) assert_int_equal(collided_step(c, 2, 0), COLLIDED_TIMEOUT);
         assert_int_equal(collided_step(c, 2, 0.25), COLLIDED_TIMEOUT);

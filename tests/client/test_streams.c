@@ -14,7 +14,7 @@ typedef struct heard {
     collided_event last;
     collided_contact_point point;
     collided *client;
-    collided_interest interest;
+    collided_subscription subscription;
     collided_status in_callback;
     int heartbeats, missing;
     int64_t oldest_pose_ns, simulation_ns;
@@ -49,18 +49,18 @@ static void unsubscribe(void *context, const collided_batch *b)
     heard *h = context;
     note(context, b);
     h->in_callback = collided_poll(h->client, 1.0);
-    assert_int_equal(collided_unsubscribe(h->client, h->interest), COLLIDED_OK);
+    assert_int_equal(collided_unsubscribe(h->client, h->subscription), COLLIDED_OK);
 }
 
-static collided_interest subscribe(collided *c, heard *h, collided_events *callback)
+static collided_subscription subscribe(collided *c, heard *h, collided_events *callback)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.callback = callback;
     def.context = h;
-    collided_interest interest = collided_subscribe(c, &def);
-    assert_int_not_equal(interest.id, COLLIDED_NONE);
+    collided_subscription subscription = collided_subscribe(c, &def);
+    assert_int_not_equal(subscription.id, COLLIDED_NONE);
     fake_settle(); /* acknowledged */
-    return interest;
+    return subscription;
 }
 
 typedef struct batch_options {
@@ -148,7 +148,7 @@ static void events_arrive_as_they_were_sent(void **state)
     subscribe(c, &h, note);
     char own[40];
     (void)snprintf(own, sizeof own, "%016llx.0", (unsigned long long)collided_client_id(c));
-    assert_string_equal(fake_message(WIRE_INTEREST, 0)->interest.stream, own);
+    assert_string_equal(fake_message(WIRE_SUBSCRIPTION, 0)->subscription.stream, own);
     give(c, (batch_options){.batch = 1, .snapshot = true});
     assert_int_equal(collided_poll(c, 1.0), COLLIDED_OK);
     assert_int_equal(h.batches, 1);
@@ -181,7 +181,8 @@ static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
     (void)collided_poll(c, 0.0);
     assert_true(h.batches == 2 && h.batch == 2);
     const wire_receipt *lacks = last_receipt();
-    assert_true(lacks->missing && lacks->interest == 0 && lacks->epoch == 1 && lacks->batch == 2 && lacks->tick == 0);
+    assert_true(
+        lacks->missing && lacks->subscription == 0 && lacks->epoch == 1 && lacks->batch == 2 && lacks->tick == 0);
     size_t sent = fake_sent(WIRE_RECEIPT);
     give(c, (batch_options){.batch = 5});
     (void)collided_poll(c, 0.0);
@@ -236,11 +237,11 @@ static void a_heartbeat_is_told_and_finds_out_what_was_lost(void **state)
     (void)collided_poll(c, 0.0);
     assert_true(h.batches == 3 && h.heartbeats == 2 && h.batch == 1 && h.oldest_pose_ns == 77 && h.missing == 2);
     assert_int_equal(h.simulation_ns, 91);
-    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 1);
     give_heartbeat(c, 3); /* 2 and 3 have not come */
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 3);
-    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 1);
     assert_true(last_receipt()->missing && last_receipt()->batch == 1 && last_receipt()->tick == 101);
     give(c, (batch_options){.batch = 3, .snapshot = true});
     (void)collided_poll(c, 1.0);
@@ -259,8 +260,8 @@ static void a_first_batch_that_is_no_snapshot_is_not_told(void **state)
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 0);
     double waited_s = 0; /* no snapshot comes: it is asked for again after two seconds at most */
-    for (; fake_sent(WIRE_INTEREST) < 2 && waited_s < FAKE_PATIENCE_S; waited_s += 0.1) (void)collided_poll(c, 0.1);
-    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
+    for (; fake_sent(WIRE_SUBSCRIPTION) < 2 && waited_s < FAKE_PATIENCE_S; waited_s += 0.1) (void)collided_poll(c, 0.1);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 2);
     give(c, (batch_options){.batch = 3, .snapshot = true});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 1 && h.lost == 0); /* what came before is none of ours */
@@ -275,16 +276,17 @@ static void who_never_waits_asks_again_too(void **state)
     fake_begin((fake_options){.epoch = 1});
     collided *c = fake_connect();
     subscribe(c, &h, note);
-    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
+    for (int tries = 0; fake_sent(WIRE_SUBSCRIPTION) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
         (void)collided_poll(c, 0.0);
         fake_pause(10);
     }
-    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
-    assert_true(fake_message(WIRE_INTEREST, 1)->interest.sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 2);
+    assert_true(fake_message(WIRE_SUBSCRIPTION, 1)->subscription.sequence >
+                fake_message(WIRE_SUBSCRIPTION, 0)->subscription.sequence);
     collided_close(c);
 }
 
-/* The daemon is heard, and may have lost the interest all the same. */
+/* The daemon is heard, and may have lost the subscription all the same. */
 static void a_silent_stream_is_asked_for_again(void **state)
 {
     (void)state;
@@ -299,12 +301,12 @@ static void a_silent_stream_is_asked_for_again(void **state)
     fake_pause(3200);
     fake_status(1);
     (void)collided_poll(c, 0.1); /* nobody had looked: it was not silent */
-    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
-    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 1);
+    for (int tries = 0; fake_sent(WIRE_SUBSCRIPTION) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
         fake_status(1);
         (void)collided_poll(c, 0.01);
     }
-    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 2);
     give(c, (batch_options){.batch = 1, .tick = 200, .snapshot = true});
     (void)collided_poll(c, 0.0);
     assert_true(h.batches == 2 && h.lost == 0);
@@ -370,7 +372,7 @@ static void a_snapshot_goes_on_where_it_was_cut(void **state)
     give(c, (batch_options){.batch = 2});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 2 && !h.snapshot && h.lost == 0 && h.behind == 0);
-    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 1);
     collided_close(c);
 }
 
@@ -409,7 +411,7 @@ static void a_callback_hears_that_its_stream_starves(void **state)
     assert_true(h.notices == 1 && h.batches == 1);
     assert_non_null(strstr(collided_error(c), "starves"));
     assert_true(fake_sent(WIRE_RECEIPT) > 2); /* it was asked again */
-    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
+    for (int tries = 0; fake_sent(WIRE_SUBSCRIPTION) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
         fake_status(1); /* in vain: then as for the first time */
         (void)collided_poll(c, 0.01);
     }
@@ -509,15 +511,15 @@ static void a_callback_may_unsubscribe_but_not_wait(void **state)
     heard h = {0};
     fake_begin((fake_options){.epoch = 1});
     collided *c = h.client = fake_connect();
-    h.interest = subscribe(c, &h, unsubscribe);
+    h.subscription = subscribe(c, &h, unsubscribe);
     give(c, (batch_options){.batch = 1, .snapshot = true});
     give(c, (batch_options){.batch = 2});
     (void)collided_poll(c, 1.0);
     assert_int_equal(h.batches, 1);
     assert_int_equal(h.in_callback, COLLIDED_BAD_ARGUMENT);
-    assert_true(fake_message(WIRE_INTEREST, 1)->interest.removed);
+    assert_true(fake_message(WIRE_SUBSCRIPTION, 1)->subscription.removed);
     assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
-    assert_int_equal(collided_unsubscribe(c, h.interest), COLLIDED_UNKNOWN_ID);
+    assert_int_equal(collided_unsubscribe(c, h.subscription), COLLIDED_UNKNOWN_ID);
     collided_close(c);
 }
 
@@ -543,24 +545,24 @@ static void a_sync_waits_for_the_first_batch_of_each_stream(void **state)
     fake_status(A_LATER_EPOCH);
     fake_settle();
     assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
-    for (int64_t n = 1; n <= 2; n++) /* the interest is announced to it */
+    for (int64_t n = 1; n <= 2; n++) /* the subscription is announced to it */
         give(c, (batch_options){.epoch = A_LATER_EPOCH, .batch = n, .snapshot = n == 1});
     assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     collided_close(c);
 }
 
-static void bad_interests_are_refused(void **state)
+static void bad_subscriptions_are_refused(void **state)
 {
     (void)state;
     fake_begin((fake_options){.epoch = 1});
     collided *c = fake_connect();
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     assert_int_equal(collided_subscribe(c, &def).id, COLLIDED_NONE);
     assert_non_null(strstr(collided_error(c), "callback"));
     def.callback = note;
     def.tolerance_m = 0.0 / 0.0;
     assert_int_equal(collided_subscribe(c, &def).id, COLLIDED_NONE);
-    assert_int_equal(fake_sent(WIRE_INTEREST), 0);
+    assert_int_equal(fake_sent(WIRE_SUBSCRIPTION), 0);
     collided_close(c);
 }
 
@@ -586,7 +588,7 @@ int main(void)
         cmocka_unit_test(a_standby_that_knew_all_goes_on),
         cmocka_unit_test(a_sync_waits_for_the_first_batch_of_each_stream),
         cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),
-        cmocka_unit_test(bad_interests_are_refused),
+        cmocka_unit_test(bad_subscriptions_are_refused),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     fake_begin((fake_options){0});

@@ -162,12 +162,12 @@ collided_status collided_teleport(collided *c, size_t count, const collided_body
     return collided_publish(c, count, bodies, positions, orientations, linear, angular, stamp_ns, step);
 }
 
-collided_interest_def collided_interest_def_default(void)
+collided_subscription_def collided_subscription_def_default(void)
 {
-    return (collided_interest_def){0};
+    return (collided_subscription_def){0};
 }
 
-collided_interest collided_subscribe(collided *c, const collided_interest_def *def)
+collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
 {
     (void)c;
     static const collided_contact_point point = {{1, 2, 3}, -0.001, 7};
@@ -197,7 +197,7 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
             .point_a = {-0.05, 0, 0},
             .closing_m_s = 20,
             .impact = &met},
-        {.kind = COLLIDED_EVENT_FORETOLD,
+        {.kind = COLLIDED_EVENT_PREDICTED,
             .cause = "motion",
             .name_a = "arm",
             .name_b = "cart",
@@ -226,7 +226,7 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
         .heartbeat = true,
         .oldest_pose_ns = INT64_C(1700000000000000000)};
     def->callback(def->context, &batch);
-    return (collided_interest){0};
+    return (collided_subscription){0};
 }
 
 /* ---- answers ---- */

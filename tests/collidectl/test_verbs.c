@@ -139,7 +139,7 @@ static void watch_prints_an_object_a_line(void **state)
     prints("\"lo\":null,\"hi\":null");
     int lines = 0;
     for (const char *c = r.out; *c; c++) lines += *c == '\n';
-    assert_int_equal(lines, 8); /* lost, snapshot, begin, unknown, impact, foretold, averted, heartbeat */
+    assert_int_equal(lines, 8); /* lost, snapshot, begin, unknown, impact, predicted, averted, heartbeat */
     prints("{\"event\":\"heartbeat\",\"stream\":\"s\"");
     prints(
         "\"simulation_ns\":2500000000,\"step\":7,\"missing\":2,\"undone\":0,\"oldest_pose_ns\":1700000000000000000}\n");
@@ -150,10 +150,10 @@ static void watch_prints_an_object_a_line(void **state)
     prints(" sim 2.500000 s missing  2 lock-step clients: step 7 was done without them\n");
 }
 
-static void watch_tells_impacts_and_what_is_foretold(void **state)
+static void watch_tells_impacts_and_what_is_predicted(void **state)
 {
     (void)state;
-    ask("watch --json --seconds 0.01 --facts impact,foretell --horizon 2");
+    ask("watch --json --seconds 0.01 --facts impact,predict --horizon 2");
     says("subscribe 24 * * range 0 horizon 2 rate 0\n");
     prints("\"achieved\":\"certain\"");
     prints("{\"event\":\"impact\",");
@@ -167,11 +167,11 @@ static void watch_tells_impacts_and_what_is_foretold(void **state)
     prints("\"hi_s\":null,\"start_ns\":5,\"estimated\":true");
     prints("{\"event\":\"averted\",");
     ask("watch --seconds 0.01 --facts touch,impact --accuracy boxes --tolerance 0.001"); /* of the times */
-    ask("watch --seconds 0.01 --facts touch,foretell");
+    ask("watch --seconds 0.01 --facts touch,predict");
     says("subscribe 17 * * range 0 horizon 1 rate 0\n");
     prints("impact   bullet                   wall                     [0.04250000000, 0.04250000100] s");
     prints("within 1e-09 s; closing 20 m/s, normal 1.000000 0.000000 0.000000, at -0.050000 0.000000 0.000000\n");
-    prints("foretold arm                      cart                              [0.730000, inf] s");
+    prints("predicted arm                      cart                              [0.730000, inf] s");
     prints("contact not proven, of an estimated velocity; closing 0 m/s");
     prints("averted  arm                      cart                                                 ");
 }
@@ -263,7 +263,7 @@ int main(void)
         WITH_STATE(with_stay_bodies_live_as_long_as_the_process),
         WITH_STATE(status_is_a_health_check),
         WITH_STATE(watch_prints_an_object_a_line),
-        WITH_STATE(watch_tells_impacts_and_what_is_foretold),
+        WITH_STATE(watch_tells_impacts_and_what_is_predicted),
         WITH_STATE(moves_tell_velocities_and_teleports),
         WITH_STATE(scenes_tell_how_bodies_are_swept),
         WITH_STATE(queries_and_recordings_are_asked_for),

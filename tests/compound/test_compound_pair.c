@@ -246,7 +246,7 @@ static void a_verdict_agrees_with_the_distance(void **state)
     }
 }
 
-/* The convex hulls' separation, which the ladder asks along any axis, is a lower bound of the union's. */
+/* The convex hulls' separation, which the cascade asks along any axis, is a lower bound of the union's. */
 static void no_axis_promises_more_than_the_distance(void **state)
 {
     (void)state;

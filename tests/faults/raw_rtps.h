@@ -18,8 +18,8 @@ typedef struct raw_guid {
 size_t raw_writers(const char *topic, bool own, raw_guid out[RAW_GUIDS_MAX]);
 size_t raw_readers(const char *topic, bool own, raw_guid out[RAW_GUIDS_MAX]);
 
-/* "All before number 2^30 is no longer to be had"; "... is of no interest": to the reader, which for a heartbeat may be
- * NULL: all of that writer's. */
+/* "All before number 2^30 is no longer to be had"; "... is of no subscription": to the reader, which for a heartbeat
+ * may be NULL: all of that writer's. */
 void raw_forge_heartbeat(const raw_guid *writer, const raw_guid *reader);
 void raw_forge_gap(const raw_guid *writer, const raw_guid *reader);
 

@@ -279,7 +279,7 @@ static void on_batch(void *context, const collided_batch *b)
 void rig_watch(collided *c, heard *h, const char *name)
 {
     *h = (heard){0};
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.select_a = name;
     def.callback = on_batch;
     def.context = h;

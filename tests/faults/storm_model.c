@@ -174,13 +174,13 @@ static void on_batch(void *context, const collided_batch *b)
     m->digest = storm_digest(m);
 }
 
-collided_interest storm_listen(collided *c, storm_model *m)
+collided_subscription storm_listen(collided *c, storm_model *m)
 {
     uint8_t *over = calloc(IDS_MAX / 8, 1); /* an earlier process of this listener had its own */
     if (!over) abort();
     memset(m, 0, offsetof(storm_model, fault));
     m->over = over;
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.callback = on_batch;
     def.context = m;
     return collided_subscribe(c, &def);

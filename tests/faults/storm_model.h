@@ -47,7 +47,7 @@ typedef struct storm_shared {
 /* Balls of radius 0.5 m on a grid on which no two centres are 1 m apart: touching is never a matter of rounding. */
 #define STORM_GRID_M 0.3
 
-collided_interest storm_listen(collided *c, storm_model *m); /* to all contacts; `m` is as new */
+collided_subscription storm_listen(collided *c, storm_model *m); /* to all contacts; `m` is as new */
 bool storm_known(int owner); /* it comes back under the id that it had, and its bodies are held meanwhile */
 void storm_name(char name[32], int owner, int life, int body);
 

@@ -123,8 +123,8 @@ static wire_message unknown_ccd(void)
 
 static wire_message no_horizon(void)
 {
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {
             .version = WIRE_VERSION, .facts = WIRE_FACT_PREDICT, .stream = "", .select_a = "*", .select_b = "*"}};
 }
 
@@ -204,8 +204,8 @@ static wire_message too_many_shapes(void)
 
 static wire_message bad_stream_name(void)
 {
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {
             .version = WIRE_VERSION, .facts = WIRE_FACT_TOUCH, .stream = "a*b", .select_a = "*", .select_b = "*"}};
 }
 

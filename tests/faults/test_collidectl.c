@@ -110,7 +110,7 @@ static void count_events(void *context, const collided_batch *batch)
     *(size_t *)context += batch->event_count;
 }
 
-static void impacts_are_foretold_and_found_by_hand(void **state)
+static void impacts_are_predicted_and_found_by_hand(void **state)
 {
     size_t impacts = 0;
     open_daemon(*state);
@@ -122,13 +122,13 @@ static void impacts_are_foretold_and_found_by_hand(void **state)
     says("none\n");
 
     ctl(0, "move bullet -1,0,0 --linear 2,0,0");
-    watch_until_it_says("{\"event\":\"foretold\"", "}", "--seconds 0.5 --facts foretell --horizon 2");
+    watch_until_it_says("{\"event\":\"predicted\"", "}", "--seconds 0.5 --facts predict --horizon 2");
     assert_true(number("lo_s") <= 0.425 && number("hi_s") >= 0.425 && fabs(number("closing_m_s") - 2) < 1e-6);
-    ctl(0, "watch --json --seconds 0.5 --facts foretell --horizon 0.4");
-    if (strstr(r.out, "foretold")) fail_msg("it is beyond the horizon: %s", r.out);
+    ctl(0, "watch --json --seconds 0.5 --facts predict --horizon 0.4");
+    if (strstr(r.out, "predicted")) fail_msg("it is beyond the horizon: %s", r.out);
 
     collided *c = rig_connect(*state, 10, COLLIDED_REMOVE);
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.facts = COLLIDED_IMPACT;
     def.callback = count_events;
     def.context = &impacts;
@@ -139,7 +139,7 @@ static void impacts_are_foretold_and_found_by_hand(void **state)
     UNTIL(c, RIG_PATIENCE_S, impacts == 1);
     UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "impacts") == 1);
     ctl(0, "status --json");
-    says("\"impacts\":1,\"foretold\":1,\"undecided_sweeps\":0");
+    says("\"impacts\":1,\"predicted\":1,\"undecided_sweeps\":0");
     rig_close(c);
 }
 
@@ -227,8 +227,8 @@ int main(void)
         WITH_STATE(without_a_daemon_it_says_so, RIG_LCM),
         WITH_STATE(a_robot_is_loaded_moved_asked_about_and_removed, RIG_DDS),
         WITH_STATE(a_robot_is_loaded_moved_asked_about_and_removed, RIG_LCM),
-        WITH_STATE(impacts_are_foretold_and_found_by_hand, RIG_DDS),
-        WITH_STATE(impacts_are_foretold_and_found_by_hand, RIG_LCM),
+        WITH_STATE(impacts_are_predicted_and_found_by_hand, RIG_DDS),
+        WITH_STATE(impacts_are_predicted_and_found_by_hand, RIG_LCM),
         WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_DDS),
         WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_LCM),
         WITH_STATE(the_running_session_is_weighed, RIG_DDS)};

@@ -44,7 +44,7 @@ static int be_one(const char *uri, const char *number, const char *interface)
 {
     char name[64];
     collided_def def = collided_def_default();
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     def.connect_timeout_s = 4 * RIG_PATIENCE_S;
     def.interface = interface;
     collided *c = collided_connect(uri, &def);
@@ -108,8 +108,8 @@ static int matched(const char *topic, bool readers)
 static void is_matched_with_few_of_the_daemons_ends(void)
 {
     static const char *const readers[] = {"collided_Ack", "collided_Reject", "collided_Answer", "collided_Status"};
-    static const char *const writers[] = {"collided_Client", "collided_Geometry", "collided_Body", "collided_Interest",
-        "collided_PoseBatch", "collided_Query", "collided_Receipt"};
+    static const char *const writers[] = {"collided_Client", "collided_Geometry", "collided_Body",
+        "collided_Subscription", "collided_PoseBatch", "collided_Query", "collided_Receipt"};
     for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++) {
         bool answers = strcmp(readers[i], "collided_Answer") == 0; /* those of many hits have a writer of their own */
         assert_int_equal(matched(readers[i], true), answers ? 2 : 1);
@@ -196,7 +196,7 @@ static void count_events(void *context, const collided_batch *b)
 
 static void subscribe(collided *c, const char *name, tally *t)
 {
-    collided_interest_def watch = collided_interest_def_default();
+    collided_subscription_def watch = collided_subscription_def_default();
     watch.select_a = name;
     watch.callback = count_events;
     watch.context = t;
@@ -263,7 +263,7 @@ static void heartbeats_of_many_streams_come(void **state)
     rig_daemon(NULL, NULL);
     collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
     for (int i = 0; i < MANY; i++) {
-        collided_interest_def watch = collided_interest_def_default();
+        collided_subscription_def watch = collided_subscription_def_default();
         snprintf(name, sizeof name, "body %d", i);
         watch.select_a = name;
         watch.callback = count_heartbeats;

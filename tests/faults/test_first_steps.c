@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { INTERESTS = 4, MS = 1000000 };
+enum { SUBSCRIPTIONS = 4, MS = 1000000 };
 
 typedef struct room {
     collided *c;
@@ -38,7 +38,7 @@ static void on_rejected(void *context, const collided_rejection *why)
 
 static void subscribe(room *r, unsigned facts, const char *a)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.facts = facts;
     def.select_a = a;
     def.range_m = 0.5;
@@ -107,25 +107,25 @@ static void meet_in_the_first_step(const char *uri)
 {
     room r;
     enter(&r, uri, 1);
-    const char *const movers[INTERESTS] = {"bullet", "toucher", "comer", "runner"};
-    const char *const posts[INTERESTS] = {"wall", "rock", "stone", "goal"};
-    static const unsigned facts[INTERESTS] = {COLLIDED_IMPACT, COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_FORETELL};
-    static const double to[INTERESTS] = {1, -0.15, -0.4, -1};
-    static const collided_event_kind expected[INTERESTS] = {
-        COLLIDED_EVENT_IMPACT, COLLIDED_BEGIN, COLLIDED_NEAR, COLLIDED_EVENT_FORETOLD};
-    collided_body moving[INTERESTS];
-    for (int i = 0; i < INTERESTS; i++) {
+    const char *const movers[SUBSCRIPTIONS] = {"bullet", "toucher", "comer", "runner"};
+    const char *const posts[SUBSCRIPTIONS] = {"wall", "rock", "stone", "goal"};
+    static const unsigned facts[SUBSCRIPTIONS] = {COLLIDED_IMPACT, COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_PREDICT};
+    static const double to[SUBSCRIPTIONS] = {1, -0.15, -0.4, -1};
+    static const collided_event_kind expected[SUBSCRIPTIONS] = {
+        COLLIDED_EVENT_IMPACT, COLLIDED_BEGIN, COLLIDED_NEAR, COLLIDED_EVENT_PREDICTED};
+    collided_body moving[SUBSCRIPTIONS];
+    for (int i = 0; i < SUBSCRIPTIONS; i++) {
         ball(&r, posts[i], 0, 10 * i);
         moving[i] = ball(&r, movers[i], -3, 10 * i);
         subscribe(&r, facts[i], movers[i]);
     }
     sync_all(&r);
-    for (int i = 0; i < INTERESTS; i++) {
+    for (int i = 0; i < SUBSCRIPTIONS; i++) {
         const double position[3] = {to[i], 10 * i, 0}, turn[4] = {1, 0, 0, 0}, v[3] = {i == 3 ? 2 : 0, 0, 0};
         must(&r, collided_publish(r.c, 1, &moving[i], position, turn, v, NULL, 0, 1));
     }
     must(&r, collided_step(r.c, 1, RIG_PATIENCE_S));
-    for (int i = 0; i < INTERESTS; i++)
+    for (int i = 0; i < SUBSCRIPTIONS; i++)
         if (r.kinds[expected[i]] != 1) fail_msg("%s: %zu events", movers[i], r.kinds[expected[i]]);
     assert_int_equal(r.rejections, 0);
     rig_close(r.c);

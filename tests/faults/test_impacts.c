@@ -69,7 +69,7 @@ static void enter(room *r, const char *uri, unsigned facts, double horizon_s)
     rig_daemon(NULL, NULL);
     r->c = rig_connect(uri, 5, COLLIDED_REMOVE);
     collided_on_rejected(r->c, on_rejected, r);
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.facts = facts;
     def.tolerance_m = 1e-9;
     def.horizon_s = horizon_s;
@@ -141,22 +141,22 @@ static void a_fast_body_meets_the_thin_wall_that_it_flies_through(void **state)
     rig_close(r.c);
 }
 
-static void what_will_meet_is_foretold_and_averted(void **state)
+static void what_will_meet_is_predicted_and_averted(void **state)
 {
     static const double fast[3] = {4, 0, 0}, slow[3] = {0.1, 0, 0};
     room r;
-    enter(&r, *state, COLLIDED_FORETELL, 2);
+    enter(&r, *state, COLLIDED_PREDICT, 2);
     collided_body a = create(&r, "a", -3, collided_sphere(0.5), COLLIDED_CCD_OFF);
     create(&r, "b", 3, collided_sphere(0.5), COLLIDED_CCD_OFF);
     settle(&r);
     size_t from = 0;
     put(&r, a, -3, 1000 * MS, fast);
-    const told *first = await(&r, COLLIDED_EVENT_FORETOLD, &from);
+    const told *first = await(&r, COLLIDED_EVENT_PREDICTED, &from);
     expect_bracket(first->impact.lo_s, first->impact.hi_s, 1.25);
     assert_true(first->impact.start_ns == 1000 * MS && !first->impact.estimated);
     assert_true(fabs(first->event.closing_m_s - 4) < 1e-9 && first->event.age_a_s > 0);
     put(&r, a, -1, 1500 * MS, NULL); /* 2 m in half a second */
-    const told *next = await(&r, COLLIDED_EVENT_FORETOLD, &from);
+    const told *next = await(&r, COLLIDED_EVENT_PREDICTED, &from);
     expect_bracket(next->impact.lo_s, next->impact.hi_s, 0.75);
     assert_true(next->impact.estimated && next->event.contact == first->event.contact);
     put(&r, a, -1, 2000 * MS, slow);
@@ -241,7 +241,7 @@ static void a_sweep_query_tells_what_would_be_met_and_when(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {OVER_BOTH(a_fast_body_meets_the_thin_wall_that_it_flies_through),
-        OVER_BOTH(what_will_meet_is_foretold_and_averted),
+        OVER_BOTH(what_will_meet_is_predicted_and_averted),
         OVER_BOTH(a_teleport_ends_what_touched_and_meets_nothing_on_its_way),
         OVER_BOTH(a_pose_from_before_is_refused_and_changes_nothing),
         OVER_BOTH(a_sweep_query_tells_what_would_be_met_and_when)};

@@ -51,7 +51,7 @@ static bool begin(simulator *s, const char *uri, int number, double lease_s)
     collided_on_rejected(s->client, on_rejected, s);
     snprintf(name, sizeof name, "box%d", number);
     s->body = rig_box(s->client, name, number * (1 + GAP_M));
-    collided_interest_def all = collided_interest_def_default();
+    collided_subscription_def all = collided_subscription_def_default();
     all.callback = on_events;
     all.context = s;
     return collided_subscribe(s->client, &all).id != COLLIDED_NONE &&

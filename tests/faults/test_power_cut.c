@@ -38,7 +38,7 @@ static int64_t replayed_ticks(void)
 
 static void what_is_lost_is_of_the_last_moments(void **state)
 {
-    double told_s[20000];
+    double reported_s[20000];
     int64_t told_tick[20000], step = 0;
     pid_t daemon = daemon_that_records();
     collided *c = rig_connect(*state, 60, COLLIDED_REMOVE);
@@ -52,7 +52,7 @@ static void what_is_lost_is_of_the_last_moments(void **state)
         rig_move(c, part, 0.5 + 0.0001 * (double)(step % 100), step + 1);
         step++;
         UNTIL(c, RIG_PATIENCE_S, h.step == step);
-        told_s[step] = rig_now_s();
+        reported_s[step] = rig_now_s();
         told_tick[step] = step; /* a step is a tick or more: as many ticks, at least, were there */
     }
     rig_kill(daemon, SIGKILL);
@@ -60,8 +60,8 @@ static void what_is_lost_is_of_the_last_moments(void **state)
     int64_t ticks = replayed_ticks(), last = 0;
     while (last < step && told_tick[last + 1] <= ticks) last++;
     assert_true(ticks > 0);
-    if (last < step && cut_s - told_s[last + 1] > 2) /* a second, and what a busy machine takes */
-        fail_msg("%.2f s are lost: %d ticks of %d steps", cut_s - told_s[last + 1], (int)ticks, (int)step);
+    if (last < step && cut_s - reported_s[last + 1] > 2) /* a second, and what a busy machine takes */
+        fail_msg("%.2f s are lost: %d ticks of %d steps", cut_s - reported_s[last + 1], (int)ticks, (int)step);
     rig_close(c);
 }
 

@@ -44,7 +44,8 @@ static void cell_open(cell *l, const char *uri)
     rig_watch(l->c, &l->heard, "part*");
     l->deaf = rig_self("deaf", uri, "");
     UNTIL(l->c, RIG_PATIENCE_S, l->heard.touching == PAIRS);
-    UNTIL(l->c, RIG_PATIENCE_S, rig_counter(l->c, "interests") == 2 && rig_counter(l->c, "bodies") == 2 * PAIRS + 1);
+    UNTIL(
+        l->c, RIG_PATIENCE_S, rig_counter(l->c, "subscriptions") == 2 && rig_counter(l->c, "bodies") == 2 * PAIRS + 1);
 }
 
 /* Every pair moves in every tick, and each tick must be told of before the next. */
@@ -74,7 +75,7 @@ static void nobody_else_waits(void **state, int number)
     assert_true(growth < GROWTH_KB);
     assert_int_equal(l.heard.lost, 0);
     assert_int_equal(l.heard.touching, PAIRS);
-    assert_int_equal(rig_counter(l.c, "interests"), 2); /* the other one was subscribed all the time */
+    assert_int_equal(rig_counter(l.c, "subscriptions"), 2); /* the other one was subscribed all the time */
     rig_close(l.c);
 }
 

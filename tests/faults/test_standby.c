@@ -121,10 +121,10 @@ static collided *set_up(void)
         def.pose.position[2] = 1.5;
         p->body = collided_create_body(c, &def);
     }
-    collided_interest_def interest = collided_interest_def_default();
-    interest.select_a = "table";
-    interest.callback = hear_batch;
-    assert_int_not_equal(collided_subscribe(c, &interest).id, COLLIDED_NONE);
+    collided_subscription_def subscription = collided_subscription_def_default();
+    subscription.select_a = "table";
+    subscription.callback = hear_batch;
+    assert_int_not_equal(collided_subscribe(c, &subscription).id, COLLIDED_NONE);
     assert_int_equal(collided_sync(c, RIG_PATIENCE_S), COLLIDED_OK);
     return c;
 }

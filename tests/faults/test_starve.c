@@ -87,7 +87,7 @@ static void watch(collided *c, reader *r, const char *name)
 {
     memset(r, 0, sizeof *r);
     r->name = name;
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.stream = name;
     def.accuracy = COLLIDED_BY_VERDICT;
     def.callback = hear;

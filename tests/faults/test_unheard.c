@@ -157,7 +157,7 @@ static void a_stream_that_is_silenced_is_read_anew(void **state)
     cell l = {0};
     reader r = {0};
     cell_open(&l);
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.callback = on_events;
     def.context = &r;
     def.select_a = "mover";

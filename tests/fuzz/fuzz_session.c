@@ -255,14 +255,14 @@ static void say_poses(session_of *s, int64_t client)
     send(s, &m);
 }
 
-static void say_interest(session_of *s, int64_t client)
+static void say_subscription(session_of *s, int64_t client)
 {
     static const char *const PATTERNS[] = {"*", "a", "b*", "group:g"};
     uint8_t how = take_byte(&s->bytes);
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = client,
-            .interest = how % 4,
+            .subscription = how % 4,
             .removed = how >= 220,
             .facts = 1 + take_byte(&s->bytes) % 31,
             .stream = "",
@@ -271,7 +271,7 @@ static void say_interest(session_of *s, int64_t client)
             .range_m = 1,
             .tolerance_m = 1e-6,
             .horizon_s = 0.5}};
-    m.interest.sequence = next_sequence(s, client);
+    m.subscription.sequence = next_sequence(s, client);
     send(s, &m);
 }
 
@@ -304,15 +304,15 @@ static void say_here(session_of *s)
 
 static void say_watch(session_of *s)
 {
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = WATCHER,
             .facts = WIRE_FACT_TOUCH,
             .stream = "",
             .select_a = "*",
             .select_b = "*",
             .tolerance_m = 1e-6}};
-    m.interest.sequence = next_sequence(s, WATCHER);
+    m.subscription.sequence = next_sequence(s, WATCHER);
     one_daemon_give(&s->daemon, &m);
 }
 
@@ -391,11 +391,11 @@ static void compare_all_with_all(const session_of *s, pairs *p)
 {
     world_options options = world_options_default();
     world_batches batches;
-    world_interest all = {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
-    uint32_t interest = WORLD_NONE;
+    world_subscription all = {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
+    uint32_t subscription = WORLD_NONE;
     world *fresh = world_create(&options);
     copy_bodies(s->daemon.service->world, fresh);
-    PROMISE(world_put_interest(fresh, &interest, &all) == WORLD_OK);
+    PROMISE(world_put_subscription(fresh, &subscription, &all) == WORLD_OK);
     for (int i = 0; i < 4; i++) { /* a snapshot, and what it may have left for later */
         world_tick(fresh, s->daemon.now_ns, &batches);
         for (size_t k = 0; k < batches.count; k++)
@@ -476,7 +476,7 @@ static void act(session_of *s)
         say_poses(s, client);
         break;
     case 6:
-        say_interest(s, client);
+        say_subscription(s, client);
         break;
     case 7:
         say_query(s, client);

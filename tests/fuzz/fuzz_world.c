@@ -117,11 +117,11 @@ static wire_message take_poses(world_of *w)
     return m;
 }
 
-static wire_message take_interest(world_of *w)
+static wire_message take_subscription(world_of *w)
 {
     taking *t = &w->bytes;
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {.interest = take_byte(t) % 4,
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.subscription = take_byte(t) % 4,
             .removed = take_byte(t) > 220,
             .facts = take_byte(t) % 33,
             .stream = take_byte(t) % 4 ? "" : take_text(t),
@@ -189,7 +189,7 @@ static wire_message take_message(world_of *w, uint8_t kind)
     case 4:
         return take_poses(w);
     case 5:
-        return take_interest(w);
+        return take_subscription(w);
     case 6:
         return take_geometry(w);
     default:

@@ -71,7 +71,7 @@ static long batches;
 
 static void watch(collided *c, const char *select_a, const char *select_b)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.select_a = select_a;
     def.select_b = select_b;
     def.callback = on_nothing;
@@ -249,10 +249,10 @@ static void crowd_asked_later(const char *uri, bool full)
     collided *c = enter(uri, "crowd");
     heap_up(c, full ? 5000 : 600, full);
     for (int i = 0; i < (full ? 20 : 4); i++) {
-        collided_interest_def def = collided_interest_def_default();
+        collided_subscription_def def = collided_subscription_def_default();
         def.callback = on_nothing;
         def.context = &batches;
-        collided_interest all = collided_subscribe(c, &def);
+        collided_subscription all = collided_subscribe(c, &def);
         stay(c, 0.5);
         collided_unsubscribe(c, all);
     }
@@ -289,12 +289,12 @@ static void rules(const char *uri, bool full)
     collided_close(c);
 }
 
-static void interests(const char *uri, bool full)
+static void subscriptions(const char *uri, bool full)
 {
     size_t bodies = full ? 5000 : 1000, asked = full ? 4096 : 200;
     char a[64], b[64];
     collided_shape ball = collided_sphere(0.01);
-    collided *c = enter(uri, "interests");
+    collided *c = enter(uri, "subscriptions");
     for (size_t i = 0; i < bodies; i++) put(c, "grain %zu of aaaaaaaaaaaaaaaaaaaa", i, &ball, (double)i);
     wait_for_all(c, full);
     for (size_t i = 0; i < asked; i++) {
@@ -401,7 +401,7 @@ static void recordings(const char *uri, bool full)
 
 static void ask_for(collided *c, unsigned facts, double range_m, double horizon_s)
 {
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.facts = facts;
     def.range_m = range_m;
     def.horizon_s = horizon_s;
@@ -424,7 +424,7 @@ static void wide_range(const char *uri, bool full)
 }
 
 /* Bodies that fly through each other's ways for a day to come, told over and over that they do. */
-static void fast_and_foretold(const char *uri, bool full)
+static void fast_and_predicted(const char *uri, bool full)
 {
     size_t count = full ? 2000 : 300;
     collided_shape box = collided_box(0.3, 0.2, 0.1);
@@ -432,7 +432,7 @@ static void fast_and_foretold(const char *uri, bool full)
     collided_body *bodies = room(count, sizeof *bodies);
     double *at = room(3 * count, sizeof *at), *turn = room(4 * count, sizeof *turn);
     double *speed = room(3 * count, sizeof *speed), *spin = room(3 * count, sizeof *spin);
-    ask_for(c, COLLIDED_IMPACT | COLLIDED_FORETELL, 0, 86400);
+    ask_for(c, COLLIDED_IMPACT | COLLIDED_PREDICT, 0, 86400);
     for (size_t i = 0; i < count; i++) {
         char name[32];
         collided_body_def def = collided_body_def_default();
@@ -625,13 +625,13 @@ const attack attacks[] = {
     {"crowd_asked_later", "all bodies at one place, and who asks for everything again and again", crowd_asked_later,
         50},
     {"rules", "as many rules as a body may have, with many stars", rules, 50},
-    {"interests", "as many subscriptions as there may be, with many stars", interests, 50},
+    {"subscriptions", "as many subscriptions as there may be, with many stars", subscriptions, 50},
     {"poses", "poses as fast as one process can send them", poses, 50},
     {"queries", "queries whose answers name every body, without waiting for them", queries, 50},
     {"names", "one process that is many clients", names, 50},
     {"recordings", "recordings begun and ended without a pause", recordings, 50},
     {"wide_range", "everybody is asked to be told of from everywhere", wide_range, 150},
-    {"fast_and_foretold", "bodies that fly and spin, and are foretold for a day", fast_and_foretold, 150},
+    {"fast_and_predicted", "bodies that fly and spin, and are predicted for a day", fast_and_predicted, 150},
     {"churn", "bodies put and removed without a pause", churn, 50},
     {"sweeps", "what a body would meet within an hour, asked without a pause", sweeps, 50},
     {"wide_bodies", "bodies of 256 shapes, all moved at once", wide_bodies, 50},

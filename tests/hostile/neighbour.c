@@ -146,7 +146,7 @@ static bool settle_in(neighbour *n)
     n->distance = STEP_M;
     n->standing = put_cube(n, "neighbour/stands", FAR_M);
     n->going = put_cube(n, "neighbour/goes", FAR_M + 1 + n->distance);
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.facts = COLLIDED_DISTANCE;
     def.select_a = def.select_b = "neighbour/*";
     def.range_m = 10;

@@ -14,7 +14,7 @@ typedef struct stage_result {
     double machine_ms_p99;              /* how late his process woke from a sleep: what the machine added */
     double longest_tick_ms;
     double most_cpu_ms; /* what one tick took of a processor at most, whatever else the machine had to do */
-    long rss_mb; /* of the daemon, the most of ten looks a second */
+    long rss_mb;        /* of the daemon, the most of ten looks a second */
     int restarts;
     uint64_t rounds, wrong, unanswered;
     bool attack_failed; /* it crashed, or could not begin */

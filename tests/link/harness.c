@@ -134,7 +134,7 @@ wire_message sample_events(const char *stream, int64_t batch)
     return (wire_message){.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = CLIENT_ID,
-            .interest = 1,
+            .subscription = 1,
             .epoch = 2,
             .batch = batch,
             .tick = 4,
@@ -205,13 +205,13 @@ static wire_message query_message(void)
             .most = 1}};
 }
 
-static wire_message interest_message(void)
+static wire_message subscription_message(void)
 {
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = CLIENT_ID,
             .sequence = 7,
-            .interest = 1,
+            .subscription = 1,
             .facts = WIRE_FACT_TOUCH,
             .stream = "cell",
             .select_a = "*",
@@ -240,8 +240,8 @@ wire_message sample_message(wire_kind kind)
         return sample_poses(3, 4);
     case WIRE_VERTEX_BATCH:
         return vertex_message();
-    case WIRE_INTEREST:
-        return interest_message();
+    case WIRE_SUBSCRIPTION:
+        return subscription_message();
     case WIRE_QUERY:
         return query_message();
     case WIRE_ANSWER:
@@ -282,7 +282,8 @@ bool same_message(const wire_message *a, const wire_message *b)
 static bool is_removed(const wire_message *m)
 {
     return (m->kind == WIRE_CLIENT && m->client.removed) || (m->kind == WIRE_BODY && m->body.removed) ||
-           (m->kind == WIRE_INTEREST && m->interest.removed) || (m->kind == WIRE_GEOMETRY && m->geometry.removed);
+           (m->kind == WIRE_SUBSCRIPTION && m->subscription.removed) ||
+           (m->kind == WIRE_GEOMETRY && m->geometry.removed);
 }
 
 static void on_message(void *context, struct link *from, const wire_message *m)

@@ -59,11 +59,11 @@ static wire_message a_pose(const int32_t *body)
             .orientations = {4, far_away + 3}}};
 }
 
-static wire_message an_interest(int32_t interest, uint8_t removed)
+static wire_message an_subscription(int32_t subscription, uint8_t removed)
 {
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
-            .interest = interest,
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
+            .subscription = subscription,
             .removed = removed,
             .facts = WIRE_FACT_TOUCH,
             .stream = "",
@@ -112,7 +112,7 @@ static void a_foreign_participant_cannot_move_change_or_remove_anything(void **s
     raw_open(&raw);
     raw.sequence = INT64_MAX / 2; /* newer than all that the owner has said */
     wire_message messages[] = {a_pose(&part.id), a_body(part.id, 0), a_body(part.id, 1), a_body(part.id + 1, 0),
-        an_interest(0, 0), an_interest(0, 1), a_client(0), a_client(1), a_query()};
+        an_subscription(0, 0), an_subscription(0, 1), a_client(0), a_client(1), a_query()};
     enum { MESSAGES = sizeof messages / sizeof messages[0] };
     for (int i = 0; i < MESSAGES; i++)
         assert_int_equal(raw_rejected(&raw, raw_send(&raw, &messages[i])), WIRE_NOT_YOURS);

@@ -1,5 +1,5 @@
 /* allocations: counts what this program's own code takes from the heap (the linker's --wrap; not what libc itself takes
- * inside). Any thread; a thread that is not of interest leaves itself out. */
+ * inside). Any thread; a thread that is not of subscription leaves itself out. */
 #ifndef COLLIDED_TESTS_SERVICE_ALLOCATIONS_H
 #define COLLIDED_TESTS_SERVICE_ALLOCATIONS_H
 

@@ -236,13 +236,13 @@ void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, do
     memory_send(e, &m);
 }
 
-void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t interest)
+void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t subscription)
 {
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = client,
             .sequence = sequence,
-            .interest = interest,
+            .subscription = subscription,
             .facts = WIRE_FACT_TOUCH,
             .stream = "",
             .select_a = "*",

@@ -45,7 +45,7 @@ void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, 
 void cell_body_of(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, uint8_t type,
     int64_t hash, double x);
 void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, double x);
-void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t interest);
+void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t subscription);
 int64_t cell_counter(const wire_status *s, const char *name); /* fails the test if there is none */
 
 #endif

@@ -17,8 +17,8 @@
 
 enum { PAIR = 2, RECORDS_MAX = 256 };
 typedef struct said {
-    peer_card cards[RECORDS_MAX];
-    size_t card_count;
+    peer_announcement announcements[RECORDS_MAX];
+    size_t announcement_count;
     struct {
         int64_t sender;
         uint8_t kind, *bytes;
@@ -30,7 +30,7 @@ typedef struct said {
 } said;
 static struct {
     const struct link *members[PAIR];
-    peer_card last[PAIR]; /* their own cards */
+    peer_announcement last[PAIR]; /* their own announcements */
     said to[PAIR];
     bool parted;
     size_t most;
@@ -41,12 +41,12 @@ static int member(const struct link *l)
     return l == between.members[1];
 }
 
-static void tell(int whom, peer_card card, bool alive)
+static void tell(int whom, peer_announcement announcement, bool alive)
 {
     said *to = &between.to[whom];
-    card.alive = alive;
-    assert_true(to->card_count < RECORDS_MAX);
-    to->cards[to->card_count++] = card;
+    announcement.alive = alive;
+    assert_true(to->announcement_count < RECORDS_MAX);
+    to->announcements[to->announcement_count++] = announcement;
 }
 
 static int peer_join(struct link *l, int64_t lease_ns)
@@ -58,10 +58,10 @@ static int peer_join(struct link *l, int64_t lease_ns)
     return 0;
 }
 
-static void peer_say(struct link *l, const peer_card *card)
+static void peer_say(struct link *l, const peer_announcement *announcement)
 {
     int mine = member(l);
-    between.last[mine] = *card;
+    between.last[mine] = *announcement;
     between.last[mine].alive = true;
     if (between.members[!mine] && !between.parted) tell(!mine, between.last[mine], true);
 }
@@ -103,7 +103,7 @@ static void peer_receive(struct link *l, const peer_sink *sink)
     said from = between.to[mine];
     count_bytes(&from);
     between.to[mine] = (said){.gap = from.gap && !from.record_count, .deaf = from.deaf};
-    for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
+    for (size_t i = 0; i < from.announcement_count; i++) sink->announcement(sink->context, &from.announcements[i]);
     if (from.gap && from.record_count) sink->gap(sink->context, from.records[0].sender);
     for (size_t i = 0; i < from.record_count; i++) {
         sink->record(
@@ -117,7 +117,7 @@ static const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
 static void forget_what_came(int whom)
 {
     for (size_t i = 0; i < between.to[whom].record_count; i++) free(between.to[whom].records[i].bytes);
-    between.to[whom] = (said){.card_count = 0};
+    between.to[whom] = (said){.announcement_count = 0};
 }
 
 void peers_forget(void)

@@ -19,7 +19,7 @@ void peers_forget(void);              /* all of them */
 void peers_die(const struct link *l); /* the other one hears that it is gone, and of what it said before */
 /* The other one hears that it is lost, or back; it hears nothing of that itself. */
 void peers_flicker(const struct link *l, bool alive);
-void peers_deafen(const struct link *l, bool deaf); /* what is said to it is lost, but for cards */
+void peers_deafen(const struct link *l, bool deaf); /* what is said to it is lost, but for announcements */
 /* The network between them: each hears that the other one is lost, or back; what is said meanwhile is lost. */
 void peers_part(bool parted);
 

@@ -411,13 +411,13 @@ static void a_hull_that_two_announce_stays_when_one_leaves(void **state)
     assert_int_equal(status_counter(r, r->alice, "geometries"), 0);
 }
 
-static void a_stream_name_is_free_as_soon_as_its_interest_is_taken_back(void **state)
+static void a_stream_name_is_free_as_soon_as_its_subscription_is_taken_back(void **state)
 {
     room *r = *state;
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
     cell_sphere(r->alice, ALICE, 3, 1, "b", 1);
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = 4,
             .facts = WIRE_FACT_TOUCH,
@@ -426,15 +426,15 @@ static void a_stream_name_is_free_as_soon_as_its_interest_is_taken_back(void **s
             .select_b = "*"}};
     memory_send(r->alice, &m);
     await_event(r, r->alice, WIRE_EVENT_BEGIN);
-    m.interest.removed = 1;
-    m.interest.sequence = 5;
+    m.subscription.removed = 1;
+    m.subscription.sequence = 5;
     memory_send(r->alice, &m);
-    m.interest.removed = 0;
-    m.interest.sequence = 6;
-    m.interest.interest = 1;
+    m.subscription.removed = 0;
+    m.subscription.sequence = 6;
+    m.subscription.subscription = 1;
     memory_send(r->alice, &m);
     wire_event_batch b = await_event(r, r->alice, WIRE_EVENT_BEGIN);
-    assert_int_equal(b.interest, 1);
+    assert_int_equal(b.subscription, 1);
     assert_true(b.snapshot);
 }
 
@@ -531,7 +531,7 @@ static void limits_are_named(void **state)
     config c = cell_config();
     c.max_bodies = 2;
     c.share = 100; /* the world's own limit is meant */
-    c.max_interests = 1;
+    c.max_subscriptions = 1;
     room r = {.cell = cell_start(&c), .memory = wire_memory_create()};
     r.alice = cell_client(r.cell);
     cell_hello(r.alice, ALICE, 1, 60, WIRE_LOST_REMOVE);
@@ -543,7 +543,7 @@ static void limits_are_named(void **state)
     expect_reject(&r, r.alice, WIRE_LIMIT, WIRE_BODY, "max_bodies = 2");
     cell_touches(r.alice, ALICE, 10, 0);
     cell_touches(r.alice, ALICE, 11, 1);
-    expect_reject(&r, r.alice, WIRE_LIMIT, WIRE_INTEREST, "max_interests = 1");
+    expect_reject(&r, r.alice, WIRE_LIMIT, WIRE_SUBSCRIPTION, "max_subscriptions = 1");
     cell_await(r.alice, r.memory, WIRE_STATUS);
     wire_message s = cell_await(r.alice, r.memory, WIRE_STATUS);
     assert_non_null(strstr(s.status.limits, "max_bodies"));
@@ -573,7 +573,7 @@ int main(void)
         IN_A_ROOM(copies_are_acknowledged_and_change_nothing),
         IN_A_ROOM(queries_are_answered),
         IN_A_ROOM(a_hull_that_two_announce_stays_when_one_leaves),
-        IN_A_ROOM(a_stream_name_is_free_as_soon_as_its_interest_is_taken_back),
+        IN_A_ROOM(a_stream_name_is_free_as_soon_as_its_subscription_is_taken_back),
         IN_A_ROOM(what_one_client_says_is_applied_in_its_order),
         IN_A_ROOM(a_lost_client_that_kept_nothing_is_forgotten),
         IN_A_ROOM(nobody_interested_means_no_narrow_phase_and_status_shows_it),

@@ -214,11 +214,11 @@ static void move(play *p, int who, int64_t step, bool end)
 
 static void subscribe(play *p, int who, bool removed)
 {
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = who + 1,
             .sequence = ++p->sequences[who],
-            .interest = (int32_t)below(p, 3),
+            .subscription = (int32_t)below(p, 3),
             .removed = removed,
             .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_PREDICT,
             .stream = "",
@@ -378,7 +378,7 @@ static void set_others(config *c)
     c->max_bodies = 6;
     c->max_client_bodies = 3;
     c->max_client_shapes = 5;
-    c->max_interests = 2;
+    c->max_subscriptions = 2;
     c->max_pairs = 10;
     c->max_step_poses = 9;
 }

@@ -240,7 +240,7 @@ static void who_does_not_read_is_named(void **state)
     leave(&r);
 }
 
-/* Who asks again and again by his interest, because what comes is too fast for him, is named as well. */
+/* Who asks again and again by his subscription, because what comes is too fast for him, is named as well. */
 static void who_asks_again_and_again_is_named(void **state)
 {
     (void)state;
@@ -316,7 +316,7 @@ static void a_snapshot_in_portions_is_one_state(void **state)
     leave(&r);
 }
 
-/* An interest that closes, bodies that leave, and a client that is lost, over many ticks: a replay does the same. */
+/* A subscription that closes, bodies that leave, and a client that is lost, over many ticks: a replay does the same. */
 static void a_recording_of_what_ends_in_slices_is_replayed(void **state)
 {
     (void)state;
@@ -326,11 +326,11 @@ static void a_recording_of_what_ends_in_slices_is_replayed(void **state)
     slice_us = 1;
     subscriber r = enter_and_ask();
     cell_touches(r.alice, ALICE, ++r.sequence, 1);
-    wire_message end = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message end = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = ++r.sequence,
-            .interest = 0,
+            .subscription = 0,
             .removed = 1,
             .stream = "",
             .select_a = "",

@@ -70,8 +70,8 @@ static void send_pose(rig *r)
 
 static void subscribe(rig *r, double rate_hz)
 {
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = WATCHER,
             .sequence = ++r->sequence,
             .facts = WIRE_FACT_TOUCH,

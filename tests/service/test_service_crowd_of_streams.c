@@ -57,7 +57,7 @@ static void acknowledge(crowd *c, const wire_event_batch *b)
         .receipt = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = ++c->sequence,
-            .interest = b->interest,
+            .subscription = b->subscription,
             .epoch = b->epoch,
             .batch = b->batch,
             .tick = b->snapshot ? b->tick : 0,
@@ -72,10 +72,10 @@ static void hear(crowd *c)
     for (wire_memory_reset(c->memory); memory_receive(c->alice, c->memory, &m); wire_memory_reset(c->memory)) {
         const wire_event_batch *b = &m.event_batch;
         if (m.kind != WIRE_EVENT_BATCH || b->heartbeat) continue;
-        size_t waited = c->rounds - c->last_heard[b->interest];
-        if (c->events[b->interest] && waited > c->longest_wait) c->longest_wait = waited;
-        c->last_heard[b->interest] = c->rounds;
-        c->events[b->interest] += b->kinds.count;
+        size_t waited = c->rounds - c->last_heard[b->subscription];
+        if (c->events[b->subscription] && waited > c->longest_wait) c->longest_wait = waited;
+        c->last_heard[b->subscription] = c->rounds;
+        c->events[b->subscription] += b->kinds.count;
         bytes += wire_lcm_size(&m);
         if (c->acknowledges) acknowledge(c, b);
     }

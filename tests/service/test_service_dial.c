@@ -10,13 +10,13 @@
 
 enum { ALICE = 11, BODIES = 40, STEPS = 60 };
 
-static wire_message ask_for(int64_t sequence, int32_t interest)
+static wire_message ask_for(int64_t sequence, int32_t subscription)
 {
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = sequence,
-            .interest = interest,
+            .subscription = subscription,
             .facts = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE,
             .stream = "",
             .select_a = "*",
@@ -30,7 +30,7 @@ static void expect_refused(memory_end *e, wire_memory *memory, const wire_messag
     memory_send(e, m);
     wire_reject r = cell_await(e, memory, WIRE_REJECT).reject;
     assert_int_equal(r.reason, reason);
-    assert_int_equal(r.sequence, m->interest.sequence);
+    assert_int_equal(r.sequence, m->subscription.sequence);
     if (!strstr(r.text, text)) fail_msg("\"%s\" does not say \"%s\"", r.text, text);
 }
 
@@ -46,18 +46,18 @@ static void a_tolerance_that_cannot_be_is_answered_with_what_can(void **state)
     int64_t sequence = 1;
     for (size_t i = 0; i < sizeof RELATIVE / sizeof *RELATIVE; i++) {
         wire_message m = ask_for(++sequence, 0);
-        m.interest.relative_tolerance = RELATIVE[i];
+        m.subscription.relative_tolerance = RELATIVE[i];
         expect_refused(e, memory, &m, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
     }
     wire_message m = ask_for(++sequence, 0);
-    m.interest.relative_tolerance = NAN;
+    m.subscription.relative_tolerance = NAN;
     expect_refused(e, memory, &m, WIRE_BAD_NUMBER, "relative_tolerance[0] is not a number");
     m = ask_for(++sequence, 0);
-    m.interest.tolerance_m = -0.5;
+    m.subscription.tolerance_m = -0.5;
     expect_refused(e, memory, &m, WIRE_BAD_NUMBER, "at least 0 is allowed");
     m = ask_for(++sequence, 0);
-    m.interest.facts |= WIRE_FACT_MANIFOLD;
-    m.interest.accuracy = WIRE_BY_BOXES;
+    m.subscription.facts |= WIRE_FACT_MANIFOLD;
+    m.subscription.accuracy = WIRE_BY_BOXES;
     expect_refused(e, memory, &m, WIRE_UNSUPPORTED, "manifolds need 0, by tolerance");
     memory_disconnect(e);
     wire_memory_destroy(memory);
@@ -113,8 +113,8 @@ static void play_session(cell *daemon)
         cell_sphere(e, ALICE, ++sequence, i, name, 1.5 * i);
     }
     wire_message fine = ask_for(++sequence, 0), coarse = ask_for(++sequence, 1);
-    coarse.interest.accuracy = WIRE_BY_BOXES;
-    coarse.interest.stream = "coarse";
+    coarse.subscription.accuracy = WIRE_BY_BOXES;
+    coarse.subscription.stream = "coarse";
     memory_send(e, &fine);
     memory_send(e, &coarse);
     for (int step = 0; step < STEPS; step++) {

@@ -1,4 +1,4 @@
-/* Impacts, what is foretold, and teleports through the daemon: what several poses of one tick make of a way, which
+/* Impacts, what is predicted, and teleports through the daemon: what several poses of one tick make of a way, which
  * poses are refused, and that all of it replays with the same hash for any number of workers. */
 #include "cell.h"
 
@@ -8,7 +8,7 @@
 #include <sysexits.h>
 #include <unistd.h>
 
-enum { ALICE = 11, BODIES = 16, STEPS = 120, INTEREST = 4 };
+enum { ALICE = 11, BODIES = 16, STEPS = 120, SUBSCRIPTION = 4 };
 static const int64_t MS = 1000000, START_NS = INT64_C(1700000000000000000);
 static const double HORIZON_S = 0.75;
 
@@ -71,13 +71,13 @@ static void send_pose(room *r, int32_t body, double x, int64_t stamp_ns, const d
     memory_send(r->alice, &m);
 }
 
-static void send_interest(room *r)
+static void send_subscription(room *r)
 {
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = ++r->sequence,
-            .interest = INTEREST,
+            .subscription = SUBSCRIPTION,
             .facts = WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT,
             .stream = "",
             .select_a = "*",
@@ -141,7 +141,7 @@ static void poses_of_one_tick_make_one_way(void **state)
     enter(&r, &c);
     send_body(&r, 0, -1, BALL, 0.1, WIRE_CCD_FULL);
     send_body(&r, 1, 0, WALL, 0, WIRE_CCD_OFF);
-    send_interest(&r);
+    send_subscription(&r);
     settle(&r);
     bool merged = false;
     int64_t shots = 0, begin_ns = START_NS;
@@ -175,7 +175,7 @@ static void a_pose_from_before_is_refused_and_told(void **state)
     enter(&r, &c);
     send_body(&r, 0, 0, BALL, 0.1, WIRE_CCD_FULL);
     send_body(&r, 1, 2, BALL, 0.1, WIRE_CCD_FULL);
-    send_interest(&r);
+    send_subscription(&r);
     send_pose(&r, 0, 1, START_NS + 20 * MS, NULL, false);
     settle(&r);
     send_pose(&r, 0, 2, START_NS + 10 * MS, NULL, false); /* would touch body1 */
@@ -199,7 +199,7 @@ static void a_pose_from_before_is_refused_and_told(void **state)
 static void play(room *r, bool record_from_the_middle)
 {
     for (int32_t i = 0; i < BODIES; i++) send_body(r, i, i, i % 5 ? BALL : WALL, i % 5 ? 0.1 : 0, (uint8_t)(i % 3));
-    send_interest(r);
+    send_subscription(r);
     for (int step = 1; step <= STEPS; step++) {
         if (record_from_the_middle && step == STEPS / 2) {
             settle(r);
@@ -232,7 +232,7 @@ static void a_session_of_impacts_replays_with_the_same_hash(void **state)
     enter(&r, &c);
     play(&r, false);
     assert_true(counter(&r, "impacts") > 100);
-    assert_true(counter(&r, "foretold") > 100);
+    assert_true(counter(&r, "predicted") > 100);
     assert_int_equal(counter(&r, "undecided_sweeps"), 0);
     leave(&r);
     static const long workers[] = {1, 2, 8};
@@ -250,7 +250,7 @@ static void a_session_of_impacts_replays_with_the_same_hash(void **state)
 }
 
 typedef struct findings {
-    int bodies, interests;
+    int bodies, subscriptions;
 } findings;
 
 static void look(void *context, const wire_log_entry *e)
@@ -264,10 +264,10 @@ static void look(void *context, const wire_log_entry *e)
         assert_true(m->body.acceleration_m_s2 == 0.25 * m->body.body);
         assert_true(m->body.angular_acceleration_rad_s2 == 0.125 * m->body.body);
         assert_true(m->body.stamp_ns >= (m->body.body % 4 ? START_NS : 0));
-    } else if (m->kind == WIRE_INTEREST) {
-        found->interests++;
-        assert_true(m->interest.horizon_s == HORIZON_S);
-        assert_int_equal(m->interest.facts, WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT);
+    } else if (m->kind == WIRE_SUBSCRIPTION) {
+        found->subscriptions++;
+        assert_true(m->subscription.horizon_s == HORIZON_S);
+        assert_int_equal(m->subscription.facts, WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT);
     }
 }
 
@@ -277,7 +277,7 @@ static void expect_motions_in(const char *path)
     findings found = {0};
     cell_read(path, look, &found);
     assert_int_equal(found.bodies, BODIES);
-    assert_int_equal(found.interests, 1);
+    assert_int_equal(found.subscriptions, 1);
 }
 
 static void a_recording_from_the_middle_keeps_what_motions_need(void **state)

@@ -137,12 +137,12 @@ static void shapes_a_client(void **state)
     room_close(&r);
 }
 
-static void interests_a_client(void **state)
+static void subscriptions_a_client(void **state)
 {
     (void)state;
     room r;
     config c = cell_config();
-    c.max_client_interests = 2;
+    c.max_client_subscriptions = 2;
     room_open(&r, &c);
     cell_touches(r.end, ALICE, ++r.sequence, 0);
     cell_touches(r.end, ALICE, ++r.sequence, 1);
@@ -150,7 +150,7 @@ static void interests_a_client(void **state)
     cell_touches(r.bobs, BOB, ++r.sequence, 0);
     assert_nothing_refused(&r);
     cell_touches(r.end, ALICE, ++r.sequence, 2);
-    expect_limit(&r, "max_client_interests = 2");
+    expect_limit(&r, "max_client_subscriptions = 2");
     room_close(&r);
 }
 
@@ -345,7 +345,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bodies_a_client),
         cmocka_unit_test(shapes_a_client),
-        cmocka_unit_test(interests_a_client),
+        cmocka_unit_test(subscriptions_a_client),
         cmocka_unit_test(geometry_a_client),
         cmocka_unit_test(who_comes_back_is_paid_nothing_back),
         cmocka_unit_test(messages_a_second),

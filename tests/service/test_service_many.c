@@ -1,5 +1,5 @@
-/* Many interests of many clients: all of them are answered, a movement is told to those that it concerns alone, and
- * what is left takes no time from a tick. In CI 10,000 interests; with COLLIDED_NIGHTLY 100,000. */
+/* Many subscriptions of many clients: all of them are answered, a movement is told to those that it concerns alone, and
+ * what is left takes no time from a tick. In CI 10,000 subscriptions; with COLLIDED_NIGHTLY 100,000. */
 #include "cell.h"
 
 #include <stdio.h>
@@ -13,20 +13,20 @@ typedef struct room {
     wire_memory *memory;
     int64_t sequence;
     int clients;
-    uint8_t *told; /* by client and interest: batches with events, at most 255 */
+    uint8_t *told; /* by client and subscription: batches with events, at most 255 */
 } room;
 
-/* The interests of client k are in its own two bodies, each under a name of its own for them. */
-static void put_interest(room *r, int k, int32_t number)
+/* The subscriptions of client k are in its own two bodies, each under a name of its own for them. */
+static void put_subscription(room *r, int k, int32_t number)
 {
     char own[32], other[32];
     snprintf(own, sizeof own, "c%d/*", k);
     snprintf(other, sizeof other, number % 2 ? "*" : "c%d/%d", k, number / 2 % 2);
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = FIRST + k,
             .sequence = ++r->sequence,
-            .interest = number,
+            .subscription = number,
             .facts = WIRE_FACT_TOUCH,
             .stream = "",
             .select_a = own,
@@ -39,7 +39,7 @@ static room enter(void)
 {
     config c = cell_config();
     room r = {.memory = wire_memory_create(), .clients = getenv("COLLIDED_NIGHTLY") ? MOST : MOST / 10};
-    c.max_interests = c.max_client_interests = EACH * MOST;
+    c.max_subscriptions = c.max_client_subscriptions = EACH * MOST;
     r.cell = cell_start(&c);
     r.end = cell_client(r.cell);
     r.told = calloc((size_t)r.clients, EACH);
@@ -54,7 +54,7 @@ static void leave(room *r)
     free(r->told);
 }
 
-/* Until so many batches with events have come: which interests they are of. */
+/* Until so many batches with events have come: which subscriptions they are of. */
 static void hear(room *r, int batches)
 {
     memset(r->told, 0, (size_t)r->clients * EACH);
@@ -62,14 +62,14 @@ static void hear(room *r, int batches)
         wire_event_batch b = cell_await(r->end, r->memory, WIRE_EVENT_BATCH).event_batch;
         if (!b.kinds.count) continue;
         assert_in_range(b.client, FIRST, FIRST + r->clients - 1);
-        assert_in_range(b.interest, 0, EACH - 1);
-        uint8_t *told = &r->told[(b.client - FIRST) * EACH + b.interest];
+        assert_in_range(b.subscription, 0, EACH - 1);
+        uint8_t *told = &r->told[(b.client - FIRST) * EACH + b.subscription];
         if (*told < 255) ++*told;
         batches--;
     }
 }
 
-static void what_concerns_one_client_is_told_to_its_interests_alone(void **state)
+static void what_concerns_one_client_is_told_to_its_subscriptions_alone(void **state)
 {
     (void)state;
     room r = enter();
@@ -80,17 +80,17 @@ static void what_concerns_one_client_is_told_to_its_interests_alone(void **state
             snprintf(name, sizeof name, "c%d/%d", k, body);
             cell_sphere(r.end, FIRST + k, ++r.sequence, body, name, 10.0 * k + 1.5 * body);
         }
-        for (int32_t i = 0; i < EACH; i++) put_interest(&r, k, i);
+        for (int32_t i = 0; i < EACH; i++) put_subscription(&r, k, i);
         cell_settle(r.end, r.memory, FIRST + k, ++r.sequence);
     }
     cell_settle(r.end, r.memory, FIRST, ++r.sequence);
     wire_message s = cell_await(r.end, r.memory, WIRE_STATUS);
-    while (cell_counter(&s.status, "interests") < r.clients * EACH) s = cell_await(r.end, r.memory, WIRE_STATUS);
-    assert_int_equal(cell_counter(&s.status, "interests"), r.clients * EACH);
+    while (cell_counter(&s.status, "subscriptions") < r.clients * EACH) s = cell_await(r.end, r.memory, WIRE_STATUS);
+    assert_int_equal(cell_counter(&s.status, "subscriptions"), r.clients * EACH);
     assert_int_equal(cell_counter(&s.status, "streams"), r.clients * EACH);
     assert_int_equal(cell_counter(&s.status, "contacts"), r.clients * EACH);
 
-    /* Whatever is still on its way is of the beginning: one body goes, and each interest of its client hears it. */
+    /* Whatever is still on its way is of the beginning: one body goes, and each subscription of its client hears it. */
     cell_pose(r.end, FIRST + 7, ++r.sequence, 1, 10.0 * 7 + 5);
     cell_settle(r.end, r.memory, FIRST + 7, ++r.sequence);
     cell_pose(r.end, FIRST + 7, ++r.sequence, 1, 10.0 * 7 + 1.5);
@@ -103,7 +103,7 @@ static void what_concerns_one_client_is_told_to_its_interests_alone(void **state
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_concerns_one_client_is_told_to_its_interests_alone),
+        cmocka_unit_test(what_concerns_one_client_is_told_to_its_subscriptions_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -216,7 +216,7 @@ static void what_would_grow_is_refused_by_name_and_poses_go_on(void **state)
     send_mesh_piece(&r);
     expect_refusal(&r, WIRE_GEOMETRY);
     cell_touches(r.end, ALICE, ++r.sequence, 0);
-    expect_refusal(&r, WIRE_INTEREST);
+    expect_refusal(&r, WIRE_SUBSCRIPTION);
     cell_hello(r.end, 33, ++r.sequence, 60, WIRE_LOST_REMOVE);
     expect_refusal(&r, WIRE_CLIENT);
     query(&r);

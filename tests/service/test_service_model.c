@@ -2,10 +2,10 @@
  * exactly one begin and one end on its stream, batches are numbered without a gap, and a snapshot is what was told.
  *
  * Messages go through the memory link, encoded and decoded, and the service is driven tick by tick with a clock of the
- * test's own: motion, teleports, bodies put, removed, resized and filtered anew, interests changed, closed and asked
- * again, clients that leave, fall silent and come back, daemons that end in order or are gone. And a recording of it,
- * begun at any tick, replays equal. So it is, too, where slices cut the ticks, and geometry is built beside them. One
- * thread, but for those that build, and the workers. */
+ * test's own: motion, teleports, bodies put, removed, resized and filtered anew, subscriptions changed, closed and
+ * asked again, clients that leave, fall silent and come back, daemons that end in order or are gone. And a recording of
+ * it, begun at any tick, replays equal. So it is, too, where slices cut the ticks, and geometry is built beside them.
+ * One thread, but for those that build, and the workers. */
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
@@ -117,7 +117,7 @@ static bool ends(uint8_t kind)
     return kind == WIRE_EVENT_END || kind == WIRE_EVENT_FAR || kind == WIRE_EVENT_AVERTED;
 }
 
-/* The first word of an id; of foretold and near ones it is the same as those that follow. */
+/* The first word of an id; of predicted and near ones it is the same as those that follow. */
 static bool begins(uint8_t kind)
 {
     return kind == WIRE_EVENT_BEGIN || kind == WIRE_EVENT_NEAR || kind == WIRE_EVENT_PREDICTED;
@@ -448,11 +448,11 @@ static void subscribe(model *m, int k, bool removed)
     int client = k == STREAMS - 1 ? 0 : OWNERS;
     char name[2] = {(char)('0' + k), 0};
     bool coarse = k == STREAMS - 1;
-    wire_message i = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message i = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = client + 1,
             .sequence = ++m->sequences[client],
-            .interest = k,
+            .subscription = k,
             .removed = removed,
             .facts = FACTS[k] | ((m->paired || m->recorded) && k == 4 ? WIRE_FACT_IMPACT : 0),
             .stream = name,
@@ -820,8 +820,8 @@ static void play(model kind, long operations)
     if (paired) print_message("%zu take-overs, %zu batches told again; ", m.takeovers, m.told_again);
     print_message("%ld operations, %zu daemons: %zu begun, %zu ended, %zu snapshots, %zu heartbeats; ended by",
         operations, m.lives, m.begun, m.over, m.snapshots, m.heartbeats);
-    static const char *const CAUSES[] = {
-        "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale", "snapshot", "teleport"};
+    static const char *const CAUSES[] = {"motion", "removed", "owner_lost", "filter", "shape", "subscription",
+        "shutdown", "stale", "snapshot", "teleport"};
     for (int c = 0; c <= WIRE_CAUSE_TELEPORT; c++) {
         print_message(" %s %zu", CAUSES[c], m.causes[c]);
         if (c == WIRE_CAUSE_SNAPSHOT || c == WIRE_CAUSE_STALE)
@@ -862,7 +862,7 @@ static long operations_cut(void)
     return getenv("COLLIDED_NIGHTLY") ? 1000000 : getenv("COLLIDED_BRIEF") ? 50000 : 100000;
 }
 
-/* Bodies are removed, interests closed, recordings begun and standbys joined in ticks that are cut, too. */
+/* Bodies are removed, subscriptions closed, recordings begun and standbys joined in ticks that are cut, too. */
 static void so_it_is_where_slices_cut_the_ticks_of_a_pair(void **state)
 {
     (void)state;

@@ -121,11 +121,11 @@ static void move_some(race *r, int64_t client, int from, int to, int step)
 
 static void subscribe(race *r)
 {
-    wire_message i = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message i = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = WATCHER,
             .sequence = sequence_of(r, WATCHER),
-            .interest = 1,
+            .subscription = 1,
             .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_PREDICT,
             .stream = "all",
             .select_a = "*",

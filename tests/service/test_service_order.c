@@ -57,13 +57,13 @@ static void say_goodbye(room *r, int64_t client, int64_t sequence)
                                 .name = ""}});
 }
 
-static void unsubscribe(room *r, int64_t client, int64_t sequence, int32_t interest)
+static void unsubscribe(room *r, int64_t client, int64_t sequence, int32_t subscription)
 {
-    memory_send(r->end, &(wire_message){.kind = WIRE_INTEREST,
-                            .interest = {.version = WIRE_VERSION,
+    memory_send(r->end, &(wire_message){.kind = WIRE_SUBSCRIPTION,
+                            .subscription = {.version = WIRE_VERSION,
                                 .client = client,
                                 .sequence = sequence,
-                                .interest = interest,
+                                .subscription = subscription,
                                 .removed = 1,
                                 .stream = "",
                                 .select_a = "",
@@ -84,7 +84,7 @@ static void remove_body(room *r, int64_t client, int64_t sequence, int32_t body)
 
 /* ---- what is over stays over ---- */
 
-static void an_interest_that_its_removal_has_overtaken_does_not_begin(void **state)
+static void an_subscription_that_its_removal_has_overtaken_does_not_begin(void **state)
 {
     (void)state;
     config c = cell_config();
@@ -93,46 +93,46 @@ static void an_interest_that_its_removal_has_overtaken_does_not_begin(void **sta
     unsubscribe(r, ALICE, 3, 0);
     settle(r);
     cell_touches(r->end, ALICE, 2, 0);
-    assert_int_equal(counter(r, "interests"), 0);
+    assert_int_equal(counter(r, "subscriptions"), 0);
     cell_touches(r->end, ALICE, 4, 0); /* a newer word is one */
-    assert_int_equal(counter(r, "interests"), 1);
+    assert_int_equal(counter(r, "subscriptions"), 1);
     unsubscribe(r, ALICE, 6, 0);
     settle(r);
     unsubscribe(r, ALICE, 8, 0); /* once more */
     settle(r);
     cell_touches(r->end, ALICE, 7, 0);
-    assert_int_equal(counter(r, "interests"), 0);
+    assert_int_equal(counter(r, "subscriptions"), 0);
 }
 
-/* Its bodies stay, and so would that interest, with nobody who could end it. */
-static void late_words_on_interests_begin_nothing(bool leaves)
+/* Its bodies stay, and so would that subscription, with nobody who could end it. */
+static void late_words_on_subscriptions_begin_nothing(bool leaves)
 {
     config c = cell_config();
     room *r = enter(&c);
     cell_hello(r->end, ALICE, 1, leaves ? 60 : 0.1, WIRE_LOST_KEEP);
     cell_sphere(r->end, ALICE, 2, 0, "a", 0);
     cell_touches(r->end, ALICE, 3, 0);
-    if (leaves) assert_int_equal(counter(r, "interests"), 1);
+    if (leaves) assert_int_equal(counter(r, "subscriptions"), 1);
     if (leaves) say_goodbye(r, ALICE, 9);
-    while (counter(r, "interests") != 0 || counter(r, "lost_clients") == (leaves != 0)) continue;
+    while (counter(r, "subscriptions") != 0 || counter(r, "lost_clients") == (leaves != 0)) continue;
     cell_touches(r->end, ALICE, 3, 0);
     if (leaves) cell_touches(r->end, ALICE, 4, 1); /* which has been long on its way */
-    assert_int_equal(counter(r, "interests"), 0);
+    assert_int_equal(counter(r, "subscriptions"), 0);
     cell_hello(r->end, ALICE, 11, 60, WIRE_LOST_KEEP);
     cell_touches(r->end, ALICE, 12, 0);
-    assert_int_equal(counter(r, "interests"), 1);
+    assert_int_equal(counter(r, "subscriptions"), 1);
 }
 
-static void interests_of_a_client_that_left_bodies_behind_do_not_come_back(void **state)
+static void subscriptions_of_a_client_that_left_bodies_behind_do_not_come_back(void **state)
 {
     (void)state;
-    late_words_on_interests_begin_nothing(true);
+    late_words_on_subscriptions_begin_nothing(true);
 }
 
-static void interests_of_a_lost_client_do_not_come_back(void **state)
+static void subscriptions_of_a_lost_client_do_not_come_back(void **state)
 {
     (void)state;
-    late_words_on_interests_begin_nothing(false);
+    late_words_on_subscriptions_begin_nothing(false);
 }
 
 /* It comes when the next process under that id has said something already, and not yet who it is. */
@@ -174,7 +174,7 @@ static void a_late_goodbye_ends_what_was_before_it(void **state)
     settle(r);
     say_goodbye(r, ALICE, 9);
     assert_int_equal(counter(r, "bodies"), 2);
-    assert_int_equal(counter(r, "interests"), 1);
+    assert_int_equal(counter(r, "subscriptions"), 1);
 }
 
 /* The next process under that id would keep alive what they begin. */
@@ -197,7 +197,7 @@ static void copies_of_a_process_that_left_begin_nothing(void **state)
         settle(r);
         if (!back) cell_hello(r->end, ALICE, 50, 60, WIRE_LOST_REMOVE);
         assert_int_equal(counter(r, "bodies"), 0);
-        assert_int_equal(counter(r, "interests"), 0);
+        assert_int_equal(counter(r, "subscriptions"), 0);
         assert_int_equal(counter(r, "clients"), 1);
         if (!back) assert_int_equal(leave(NULL), 0);
     }
@@ -387,7 +387,7 @@ static void late_words_change_nothing_in_a_replay(void **state)
     settle(r);
     cell_pose(r->end, BOB, ++r->sequence, 0, 0.3);
     assert_int_equal(counter(r, "bodies"), 2);
-    assert_int_equal(counter(r, "interests"), 1);
+    assert_int_equal(counter(r, "subscriptions"), 1);
     assert_int_equal(ask_to_record(r, "", ++r->sequence), WIRE_ANSWER_OK);
     assert_int_equal(leave(NULL), 0);
     assert_int_equal(cell_replay(path, 1, true), EX_OK);
@@ -418,9 +418,9 @@ static void a_recording_begins_and_ends_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(an_interest_that_its_removal_has_overtaken_does_not_begin, leave),
-        cmocka_unit_test_teardown(interests_of_a_client_that_left_bodies_behind_do_not_come_back, leave),
-        cmocka_unit_test_teardown(interests_of_a_lost_client_do_not_come_back, leave),
+        cmocka_unit_test_teardown(an_subscription_that_its_removal_has_overtaken_does_not_begin, leave),
+        cmocka_unit_test_teardown(subscriptions_of_a_client_that_left_bodies_behind_do_not_come_back, leave),
+        cmocka_unit_test_teardown(subscriptions_of_a_lost_client_do_not_come_back, leave),
         cmocka_unit_test_teardown(a_goodbye_does_not_end_what_the_next_process_has_begun, leave),
         cmocka_unit_test_teardown(a_late_goodbye_ends_what_was_before_it, leave),
         cmocka_unit_test_teardown(copies_of_a_process_that_left_begin_nothing, leave),

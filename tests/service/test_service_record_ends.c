@@ -199,8 +199,8 @@ static void fill(server *v, int count)
     const uint8_t type = WIRE_SHAPE_SPHERE;
     const double none[3] = {0}, half = 0.5, here[7] = {0, 0, 0, 1, 0, 0, 0};
     const int64_t geometry = 0;
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = ++sequence,
             .facts = WIRE_FACT_TOUCH,

@@ -165,16 +165,16 @@ static void bodies_and_shapes_of_one_participant(void **state)
     }
 }
 
-static void interests_of_one_participant(void **state)
+static void subscriptions_of_one_participant(void **state)
 {
     (void)state;
     room r;
     config c = cell_config();
-    c.max_interests = 4;
+    c.max_subscriptions = 4;
     room_open(&r, &c);
     for (int i = 0; i < 6; i++) cell_touches(r.crowd, CROWD + i, ++r.sequence, i);
     heard h = settle(&r);
-    expect(&h, 3, "max_interests: 3 of 4 are the share");
+    expect(&h, 3, "max_subscriptions: 3 of 4 are the share");
     forget(&r, r.bob);
     cell_touches(r.bob, BOB, ++r.sequence, 0);
     h = settle_bob(&r);
@@ -483,7 +483,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clients_of_one_participant),
         cmocka_unit_test(bodies_and_shapes_of_one_participant),
-        cmocka_unit_test(interests_of_one_participant),
+        cmocka_unit_test(subscriptions_of_one_participant),
         cmocka_unit_test(geometries_of_one_participant),
         cmocka_unit_test(a_named_limit_holds_for_all_names),
         cmocka_unit_test(the_operator_may_ask_in_any_crowd),

@@ -38,7 +38,7 @@ static void hello(hall *h, int k, int32_t lock_step, double lease_s)
     memory_send(h->end, &m);
 }
 
-/* A member, with a ball at 10 k and an interest in all. */
+/* A member, with a ball at 10 k and a subscription in all. */
 static void join(hall *h, int k, int32_t lock_step, double lease_s)
 {
     char name[16];

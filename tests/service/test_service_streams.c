@@ -120,13 +120,13 @@ static void heartbeats_are_counted_and_are_no_batches(void **state)
     leave(&r);
 }
 
-static void an_interest_has_hysteresis(void **state)
+static void an_subscription_has_hysteresis(void **state)
 {
     (void)state;
     room r = enter(3600);
     await_batch(&r, false);
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .sequence = ++r.sequence,
             .facts = WIRE_FACT_TOUCH,
@@ -161,8 +161,8 @@ static void the_work_of_streams_is_told_by_name_and_of_the_rest_together(void **
     (void)state;
     enum { NAMED = 64 };
     room r = enter(3600);
-    wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = ALICE,
             .facts = WIRE_FACT_TOUCH,
             .stream = "other_streams",
@@ -170,10 +170,10 @@ static void the_work_of_streams_is_told_by_name_and_of_the_rest_together(void **
             .select_b = "*",
             .tolerance_m = 1e-9}};
     for (int32_t i = 1; i < NAMED; i++) {
-        m.interest.interest = i;
-        m.interest.sequence = ++r.sequence;
+        m.subscription.subscription = i;
+        m.subscription.sequence = ++r.sequence;
         memory_send(r.alice, &m);
-        m.interest.stream = "";
+        m.subscription.stream = "";
     }
     cell_settle(r.alice, r.memory, ALICE, ++r.sequence);
     cell_await(r.alice, r.memory, WIRE_STATUS);
@@ -183,8 +183,8 @@ static void the_work_of_streams_is_told_by_name_and_of_the_rest_together(void **
     assert_int_equal(named, NAMED); /* "other_streams" among them, once */
     assert_true(has_counter(&s, "work_of_other_streams"));
     assert_false(has_counter(&s, "other_streams_work"));
-    m.interest.interest = NAMED;
-    m.interest.sequence = ++r.sequence;
+    m.subscription.subscription = NAMED;
+    m.subscription.sequence = ++r.sequence;
     memory_send(r.alice, &m);
     cell_settle(r.alice, r.memory, ALICE, ++r.sequence);
     cell_await(r.alice, r.memory, WIRE_STATUS);
@@ -200,7 +200,7 @@ int main(void)
         cmocka_unit_test(a_resting_scene_sends_nothing_but_heartbeats),
         cmocka_unit_test(no_heartbeat_comes_before_the_first_batch),
         cmocka_unit_test(heartbeats_are_counted_and_are_no_batches),
-        cmocka_unit_test(an_interest_has_hysteresis),
+        cmocka_unit_test(an_subscription_has_hysteresis),
         cmocka_unit_test(the_work_of_streams_is_told_by_name_and_of_the_rest_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -29,8 +29,8 @@ typedef struct side {
     bool stands_still;
     int64_t epoch;                       /* that the client on this side was told of last ... */
     bool snapshot;                       /* ... with a snapshot */
-    bool closed;                         /* its stream of interest 0 */
-    size_t begun, told_lost, batches[2]; /* batches: of each interest */
+    bool closed;                         /* its stream of subscription 0 */
+    size_t begun, told_lost, batches[2]; /* batches: of each subscription */
 } side;
 
 static side sides[2];
@@ -70,8 +70,8 @@ static void learn(side *a)
         if (m.kind != WIRE_EVENT_BATCH || m.event_batch.heartbeat) continue;
         a->snapshot = (a->snapshot && m.event_batch.epoch == a->epoch) || m.event_batch.snapshot;
         a->epoch = m.event_batch.epoch;
-        a->batches[m.event_batch.interest]++;
-        a->closed |= m.event_batch.closing && m.event_batch.interest == 0;
+        a->batches[m.event_batch.subscription]++;
+        a->closed |= m.event_batch.closing && m.event_batch.subscription == 0;
         for (uint32_t i = 0; i < m.event_batch.kinds.count; i++)
             a->begun += m.event_batch.kinds.at[i] == WIRE_EVENT_BEGIN;
     }
@@ -581,7 +581,7 @@ static void swing(int times)
     }
 }
 
-static bool is_told(int k)
+static bool is_reported(int k)
 {
     return sides[k].service->standby && !is_active(k) && sides[k].service->tick;
 }
@@ -596,7 +596,7 @@ static void a_large_state_goes_in_portions_while_ticks_go_on(void **state)
     start(1);
     size_t begun = sides[0].begun, rounds = 0;
     peers_most();
-    for (; !is_told(1); rounds++) {
+    for (; !is_reported(1); rounds++) {
         assert_true(rounds < 1000);
         swing(1);
     }

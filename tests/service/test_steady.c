@@ -28,14 +28,15 @@ static void steady_scene(const coherence_scene *scene, unsigned workers)
 {
     static uint32_t ids[COHERENCE_BODIES_MAX];
     world_batches batches;
-    uint32_t interest = WORLD_NONE;
+    uint32_t subscription = WORLD_NONE;
     size_t events = 0, before = 0;
     world_options options = world_options_default();
     options.workers = workers;
     world *w = world_create(&options);
     scene->create(w, ids);
-    world_put_interest(w, &interest,
-        &(world_interest){.facts = WORLD_TOUCH | WORLD_MANIFOLD, .select_a = "*", .select_b = "*", .threshold = 0.01});
+    world_put_subscription(w, &subscription,
+        &(world_subscription){
+            .facts = WORLD_TOUCH | WORLD_MANIFOLD, .select_a = "*", .select_b = "*", .threshold = 0.01});
     for (int round = 0; round < ROUNDS; round++) {
         if (round == ROUNDS - 1) before = allocations();
         for (int i = 0; i < 2 * ROUND_TICKS; i++) { /* there and back */

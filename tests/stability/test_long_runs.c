@@ -40,13 +40,13 @@ static world *create(double range)
     world_options o = world_options_default();
     o.workers = 1;
     world *w = world_create(&o);
-    world_interest all = {.facts = WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD,
+    world_subscription all = {.facts = WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD,
         .select_a = "*",
         .select_b = "*",
         .range = range,
         .tolerance = 1e-9};
     uint32_t id = WORLD_NONE;
-    assert_int_equal(world_put_interest(w, &id, &all), WORLD_OK);
+    assert_int_equal(world_put_subscription(w, &id, &all), WORLD_OK);
     return w;
 }
 

@@ -89,12 +89,12 @@ void record_session(const char *path, const recording *r)
                    .lease_ns = 60000000000,
                    .name = "recorded"}});
     for (int32_t i = 0; i < BODIES; i++) put_body(w, &sequence, i);
-    if (r->interest)
-        put(w, (wire_message){.kind = WIRE_INTEREST,
-                   .interest = {.version = WIRE_VERSION,
+    if (r->subscription)
+        put(w, (wire_message){.kind = WIRE_SUBSCRIPTION,
+                   .subscription = {.version = WIRE_VERSION,
                        .client = CLIENT,
                        .sequence = ++sequence,
-                       .interest = 1,
+                       .subscription = 1,
                        .facts = WIRE_FACT_TOUCH | (r->range > 0 ? WIRE_FACT_DISTANCE : 0),
                        .stream = "",
                        .select_a = "*",

@@ -7,10 +7,10 @@
 
 typedef struct recording {
     int ticks;
-    bool interest; /* somebody wants to know */
-    double range;  /* m: how far */
-    double height; /* m: of the way of the moving bodies above the others' */
-    int again;     /* so often a body is announced again on the way, in a tick of its own; in each tick, if negative */
+    bool subscription; /* somebody wants to know */
+    double range;      /* m: how far */
+    double height;     /* m: of the way of the moving bodies above the others' */
+    int again; /* so often a body is announced again on the way, in a tick of its own; in each tick, if negative */
 } recording;
 
 /* Fails the test if the file cannot be written. */

@@ -16,7 +16,7 @@ static void tell(episodes *e, int64_t tick, uint8_t kind, int64_t contact, const
     const char *a = "arm";
     const int32_t shape = 0;
     const wire_event_batch m = {.client = 1,
-        .interest = 1,
+        .subscription = 1,
         .tick = tick,
         .kinds = {1, &kind},
         .contacts = {1, &contact},
@@ -99,9 +99,9 @@ static void facts_are_told_apart_and_what_lasts_to_the_end_counts(void **state)
     pair_of_runs(&exact, &loose);
     tell(&exact, 10, EVENT_NEAR, 1, "box");
     tell(&exact, 12, EVENT_NEAR, 1, "box"); /* an update of it */
-    tell(&exact, 14, EVENT_FORETOLD, 2, "cone");
+    tell(&exact, 14, EVENT_PREDICTED, 2, "cone");
     tell(&loose, 10, EVENT_BEGIN, 1, "box");
-    tell(&loose, 99, EVENT_FORETOLD, 2, "cone");
+    tell(&loose, 99, EVENT_PREDICTED, 2, "cone");
     assert_int_equal(exact.at.count, 2);
     assert_int_equal(exact.events, 3);
     assert_true(exact.bytes == 300);

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 static char folder[] = "/tmp/collided-trade-XXXXXX";
-static const recording SESSION = {.ticks = 150, .interest = true, .range = 0.2};
+static const recording SESSION = {.ticks = 150, .subscription = true, .range = 0.2};
 static run r;
 
 static const char *path(const char *name)
@@ -150,9 +150,9 @@ static void what_holds_nothing_to_compare_is_refused(void **state)
 {
     (void)state;
     recording unheard = SESSION, apart = SESSION, still = SESSION;
-    unheard.interest = false;
+    unheard.subscription = false;
     record_session(path("unheard"), &unheard);
-    refuse("unheard", EX_DATAERR, "no interest is in it");
+    refuse("unheard", EX_DATAERR, "no subscription is in it");
     apart.height = 50;
     record_session(path("apart"), &apart);
     refuse("apart", EX_DATAERR, "nothing to compare");

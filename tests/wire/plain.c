@@ -86,8 +86,8 @@ wire_message plain_message(wire_kind kind)
     if (kind == WIRE_BODY) m.body = body();
     if (kind == WIRE_POSE_BATCH) m.pose_batch = pose_batch();
     if (kind == WIRE_VERTEX_BATCH) m.vertex_batch.vertices = (wire_f64s){12, plain.vertices};
-    if (kind == WIRE_INTEREST)
-        m.interest = (wire_interest){
+    if (kind == WIRE_SUBSCRIPTION)
+        m.subscription = (wire_subscription){
             WIRE_VERSION, 1, 1, .facts = WIRE_FACT_TOUCH, .stream = "", .select_a = "a", .select_b = "b"};
     if (kind == WIRE_QUERY) m.query = query();
     if (kind == WIRE_ANSWER) m.answer = answer();

@@ -229,11 +229,11 @@ static wire_vertex_batch vertex_batch(sampler *s, uint32_t most)
         .vertices = f64s(s, 3 * sample_below(s, most + 1), WIRE_SIZE_MAX)};
 }
 
-static wire_interest interest(sampler *s)
+static wire_subscription subscription(sampler *s)
 {
     uint8_t accuracy = (uint8_t)sample_below(s, 3);
     uint32_t has = accuracy == WIRE_BY_TOLERANCE ? 31 : accuracy == WIRE_BY_BOXES ? 3 : 1;
-    return (wire_interest){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
+    return (wire_subscription){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
         .facts = 1 + (int32_t)sample_below(s, has), .accuracy = accuracy,
         .relative_tolerance = coin(s) ? 0 : WIRE_FINEST_RELATIVE + size(s, 0.5), .stream = coin(s) ? stream(s) : "",
         .select_a = name(s), .select_b = "group:arms", .threshold_m = number(s, WIRE_SIZE_MAX),
@@ -356,8 +356,8 @@ static wire_message without_extensions(sampler *s, wire_kind kind, uint32_t most
         return (wire_message){kind, .pose_batch = pose_batch(s, most)};
     case WIRE_VERTEX_BATCH:
         return (wire_message){kind, .vertex_batch = vertex_batch(s, most)};
-    case WIRE_INTEREST:
-        return (wire_message){kind, .interest = interest(s)};
+    case WIRE_SUBSCRIPTION:
+        return (wire_message){kind, .subscription = subscription(s)};
     case WIRE_QUERY:
         return (wire_message){kind, .query = query(s)};
     case WIRE_RECEIPT:

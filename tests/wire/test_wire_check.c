@@ -27,7 +27,7 @@ static void clients_have_a_number_and_count_their_messages(void **state)
 {
     (void)state;
     static const wire_kind from_clients[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH,
-        WIRE_INTEREST, WIRE_QUERY, WIRE_RECEIPT};
+        WIRE_SUBSCRIPTION, WIRE_QUERY, WIRE_RECEIPT};
     for (size_t i = 0; i < sizeof from_clients / sizeof *from_clients; i++) {
         wire_kind kind = from_clients[i];
         ACCEPTED(kind, m.client.client = -1);

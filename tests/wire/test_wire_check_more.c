@@ -1,5 +1,5 @@
-/* The rules of wire_check, continued: poses, interests, queries, what the daemon sends, and every limit, at it and one
- * beyond. */
+/* The rules of wire_check, continued: poses, subscriptions, queries, what the daemon sends, and every limit, at it and
+ * one beyond. */
 #include "plain.h"
 
 #include "wire/wire_lcm.h"
@@ -49,51 +49,54 @@ static void vertex_batch_rules(void **state)
     REFUSED(WIRE_VERTEX_BATCH, plain.vertices[0] = 2e9, WIRE_TOO_LARGE, "vertices[0]");
 }
 
-static void interest_rules(void **state)
+static void subscription_rules(void **state)
 {
     (void)state;
-    REFUSED(WIRE_INTEREST, m.interest.interest = -1, WIRE_MALFORMED, "subscription_id is -1");
-    ACCEPTED(WIRE_INTEREST, m.interest.facts = 15);
-    ACCEPTED(WIRE_INTEREST, (m.interest.facts = 31, m.interest.horizon_s = 2));
-    REFUSED(WIRE_INTEREST, m.interest.facts = 16, WIRE_BAD_SIZE, "horizon_s is 0 s: above 0");
-    REFUSED(WIRE_INTEREST, m.interest.horizon_s = 1e6, WIRE_BAD_SIZE, "horizon_s is 1e+06 s");
-    REFUSED(WIRE_INTEREST, m.interest.horizon_s = -1, WIRE_BAD_NUMBER, "horizon_s is -1");
-    ACCEPTED(WIRE_INTEREST, m.interest.hysteresis_m = WIRE_SIZE_MAX);
-    REFUSED(WIRE_INTEREST, m.interest.hysteresis_m = 1.1 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "hysteresis_m");
-    REFUSED(WIRE_INTEREST, m.interest.hysteresis_m = -1e-9, WIRE_BAD_NUMBER, "hysteresis_m is -1e-09");
-    REFUSED(WIRE_INTEREST, m.interest.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 31");
-    REFUSED(WIRE_INTEREST, m.interest.facts = 32, WIRE_MALFORMED, "facts is 32");
-    ACCEPTED(WIRE_INTEREST, m.interest.stream = "a.b_c-d:e/f9Z");
-    REFUSED(WIRE_INTEREST, m.interest.stream = "a*", WIRE_BAD_NAME, "letters, digits and . _ - : /");
-    REFUSED(WIRE_INTEREST, m.interest.stream = "a b", WIRE_BAD_NAME, "stream");
-    REFUSED(WIRE_INTEREST, m.interest.stream = "\xc3\xa9", WIRE_BAD_NAME, "stream");
-    ACCEPTED(WIRE_INTEREST, m.interest.select_a = "arm_*?");
-    REFUSED(WIRE_INTEREST, m.interest.select_a = "", WIRE_BAD_NAME, "select_a is empty");
-    REFUSED(WIRE_INTEREST, m.interest.select_b = "group:", WIRE_BAD_NAME, "select_b is \"group:\"");
-    ACCEPTED(WIRE_INTEREST, m.interest.threshold_m = -WIRE_SIZE_MAX);
-    REFUSED(WIRE_INTEREST, m.interest.threshold_m = 2e9, WIRE_TOO_LARGE, "threshold_m");
-    REFUSED(WIRE_INTEREST, m.interest.threshold_m = INFINITY, WIRE_BAD_NUMBER, "threshold_m[0] is infinite");
-    REFUSED(WIRE_INTEREST, m.interest.range_m = -1, WIRE_BAD_NUMBER, "range_m is -1: at least 0");
-    REFUSED(WIRE_INTEREST, m.interest.range_m = 2e9, WIRE_TOO_LARGE, "range_m");
-    REFUSED(WIRE_INTEREST, m.interest.tolerance_m = -1, WIRE_BAD_NUMBER, "tolerance_m is -1");
-    REFUSED(WIRE_INTEREST, m.interest.tolerance_m = NAN, WIRE_BAD_NUMBER, "tolerance_m[0] is not a number");
-    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = -1, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
-    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = NAN, WIRE_BAD_NUMBER, "relative_tolerance[0] is not a");
-    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = 9e-16, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
-    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = 1.001, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
-    ACCEPTED(WIRE_INTEREST, m.interest.relative_tolerance = 1e-15);
-    ACCEPTED(WIRE_INTEREST, m.interest.relative_tolerance = 1);
-    REFUSED(WIRE_INTEREST, m.interest.accuracy = 3, WIRE_MALFORMED, "accuracy is 3: 0 to 2");
-    ACCEPTED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_BOXES, m.interest.facts = 1 + 2));
-    ACCEPTED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_VERDICT, m.interest.facts = 1));
-    REFUSED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_BOXES, m.interest.facts = 1 + 4), WIRE_UNSUPPORTED,
-        "accuracy is 1: manifolds need 0");
-    REFUSED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_VERDICT, m.interest.facts = 1 + 2), WIRE_UNSUPPORTED,
-        "accuracy is 2: distances need 0");
-    REFUSED(WIRE_INTEREST, m.interest.rate_hz = -1, WIRE_BAD_NUMBER, "rate_hz is -1");
-    REFUSED(WIRE_INTEREST, m.interest.rate_hz = NAN, WIRE_BAD_NUMBER, "rate_hz[0] is not a number");
-    REFUSED(WIRE_INTEREST, m.interest.removed = 2, WIRE_MALFORMED, "removed");
-    ACCEPTED(WIRE_INTEREST, (m.interest.removed = 1, m.interest.facts = 0));
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.subscription = -1, WIRE_MALFORMED, "subscription_id is -1");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = 15);
+    ACCEPTED(WIRE_SUBSCRIPTION, (m.subscription.facts = 31, m.subscription.horizon_s = 2));
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 16, WIRE_BAD_SIZE, "horizon_s is 0 s: above 0");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.horizon_s = 1e6, WIRE_BAD_SIZE, "horizon_s is 1e+06 s");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.horizon_s = -1, WIRE_BAD_NUMBER, "horizon_s is -1");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = WIRE_SIZE_MAX);
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = 1.1 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "hysteresis_m");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = -1e-9, WIRE_BAD_NUMBER, "hysteresis_m is -1e-09");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 31");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 32, WIRE_MALFORMED, "facts is 32");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.stream = "a.b_c-d:e/f9Z");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a*", WIRE_BAD_NAME, "letters, digits and . _ - : /");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a b", WIRE_BAD_NAME, "stream");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "\xc3\xa9", WIRE_BAD_NAME, "stream");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.select_a = "arm_*?");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.select_a = "", WIRE_BAD_NAME, "select_a is empty");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.select_b = "group:", WIRE_BAD_NAME, "select_b is \"group:\"");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.threshold_m = -WIRE_SIZE_MAX);
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.threshold_m = 2e9, WIRE_TOO_LARGE, "threshold_m");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.threshold_m = INFINITY, WIRE_BAD_NUMBER, "threshold_m[0] is infinite");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.range_m = -1, WIRE_BAD_NUMBER, "range_m is -1: at least 0");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.range_m = 2e9, WIRE_TOO_LARGE, "range_m");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.tolerance_m = -1, WIRE_BAD_NUMBER, "tolerance_m is -1");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.tolerance_m = NAN, WIRE_BAD_NUMBER, "tolerance_m[0] is not a number");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.relative_tolerance = -1, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
+    REFUSED(
+        WIRE_SUBSCRIPTION, m.subscription.relative_tolerance = NAN, WIRE_BAD_NUMBER, "relative_tolerance[0] is not a");
+    REFUSED(
+        WIRE_SUBSCRIPTION, m.subscription.relative_tolerance = 9e-16, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
+    REFUSED(
+        WIRE_SUBSCRIPTION, m.subscription.relative_tolerance = 1.001, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.relative_tolerance = 1e-15);
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.relative_tolerance = 1);
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.accuracy = 3, WIRE_MALFORMED, "accuracy is 3: 0 to 2");
+    ACCEPTED(WIRE_SUBSCRIPTION, (m.subscription.accuracy = WIRE_BY_BOXES, m.subscription.facts = 1 + 2));
+    ACCEPTED(WIRE_SUBSCRIPTION, (m.subscription.accuracy = WIRE_BY_VERDICT, m.subscription.facts = 1));
+    REFUSED(WIRE_SUBSCRIPTION, (m.subscription.accuracy = WIRE_BY_BOXES, m.subscription.facts = 1 + 4),
+        WIRE_UNSUPPORTED, "accuracy is 1: manifolds need 0");
+    REFUSED(WIRE_SUBSCRIPTION, (m.subscription.accuracy = WIRE_BY_VERDICT, m.subscription.facts = 1 + 2),
+        WIRE_UNSUPPORTED, "accuracy is 2: distances need 0");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.rate_hz = -1, WIRE_BAD_NUMBER, "rate_hz is -1");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.rate_hz = NAN, WIRE_BAD_NUMBER, "rate_hz[0] is not a number");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.removed = 2, WIRE_MALFORMED, "removed");
+    ACCEPTED(WIRE_SUBSCRIPTION, (m.subscription.removed = 1, m.subscription.facts = 0));
 }
 
 static void query_rules(void **state)
@@ -130,7 +133,7 @@ static void receipt_rules(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_RECEIPT, (m.receipt.batch = INT64_MAX, m.receipt.tick = INT64_MAX, m.receipt.part = INT32_MAX));
-    REFUSED(WIRE_RECEIPT, m.receipt.interest = -1, WIRE_MALFORMED, "subscription_id is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.subscription = -1, WIRE_MALFORMED, "subscription_id is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.batch = -1, WIRE_MALFORMED, "batch is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.tick = -1, WIRE_MALFORMED, "tick is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.part = -1, WIRE_MALFORMED, "part is -1: 0 to");
@@ -254,7 +257,7 @@ static void values_that_only_a_later_daemon_knows_are_no_fault(void **state)
     ACCEPTED(WIRE_STATUS, m.status.health = 4);
     ACCEPTED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT);
     ACCEPTED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT);
-    REFUSED(WIRE_INTEREST, m.interest.facts = 32, WIRE_MALFORMED, "facts is 32: 1 to 31");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 32, WIRE_MALFORMED, "facts is 32: 1 to 31");
     REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10: 1 to 9");
 }
 
@@ -376,7 +379,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pose_batch_rules),
         cmocka_unit_test(vertex_batch_rules),
-        cmocka_unit_test(interest_rules),
+        cmocka_unit_test(subscription_rules),
         cmocka_unit_test(query_rules),
         cmocka_unit_test(receipt_rules),
         cmocka_unit_test(query_kinds_have_what_they_need),

@@ -211,7 +211,7 @@ static void expect_keys(const parsed *p, wire_kind kind)
     static const char *const second[WIRE_KIND_COUNT] = {[WIRE_CLIENT] = "client_id",
         [WIRE_GEOMETRY] = "hash piece",
         [WIRE_BODY] = "body_id",
-        [WIRE_INTEREST] = "subscription_id",
+        [WIRE_SUBSCRIPTION] = "subscription_id",
         [WIRE_STATUS] = "epoch"};
     for (uint32_t i = 0; i < p->count; i++) {
         const char *name = p->fields[i].name;

@@ -111,7 +111,7 @@ static void the_library_hears_a_later_daemon(void **state)
     collided *c = rig_connect(*state, 30, COLLIDED_REMOVE);
     rig_box(c, "table", 0);
     collided_body part = rig_box(c, "part", 3);
-    collided_interest_def def = collided_interest_def_default();
+    collided_subscription_def def = collided_subscription_def_default();
     def.select_a = "part";
     def.callback = on_batch;
     def.context = &t;

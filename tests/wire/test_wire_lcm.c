@@ -166,14 +166,14 @@ static void lcm_gen_reads_what_we_write_and_the_reverse(void **state)
 static void missing_texts_are_empty_ones(void **state)
 {
     (void)state;
-    wire_message m = {WIRE_INTEREST, .interest = {WIRE_VERSION, 1, 2, 3, .removed = 1}}, back;
+    wire_message m = {WIRE_SUBSCRIPTION, .subscription = {WIRE_VERSION, 1, 2, 3, .removed = 1}}, back;
     wire_memory *memory = wire_memory_create();
     uint8_t bytes[256];
     wire_refusal why;
     size_t size = wire_lcm_encode(&m, bytes, sizeof bytes);
     assert_int_equal(size, wire_lcm_size(&m));
     assert_int_equal(wire_lcm_decode(bytes, size, memory, &back, &why), WIRE_OK);
-    assert_string_equal(back.interest.select_a, "");
+    assert_string_equal(back.subscription.select_a, "");
     wire_memory_destroy(memory);
 }
 

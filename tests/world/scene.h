@@ -41,15 +41,15 @@ static inline void scene_move(world *w, uint32_t id, double x, int64_t stamp_ns)
     assert_int_equal(world_move_body(w, id, to, stamp_ns, NULL, NULL), WORLD_OK);
 }
 
-static inline world_interest scene_all(unsigned facts, double range)
+static inline world_subscription scene_all(unsigned facts, double range)
 {
-    return (world_interest){.facts = facts, .select_a = "*", .select_b = "*", .range = range, .tolerance = 1e-9};
+    return (world_subscription){.facts = facts, .select_a = "*", .select_b = "*", .range = range, .tolerance = 1e-9};
 }
 
-static inline uint32_t scene_interest(world *w, const world_interest *def)
+static inline uint32_t scene_subscription(world *w, const world_subscription *def)
 {
     uint32_t id = WORLD_NONE;
-    assert_int_equal(world_put_interest(w, &id, def), WORLD_OK);
+    assert_int_equal(world_put_subscription(w, &id, def), WORLD_OK);
     return id;
 }
 

@@ -36,11 +36,12 @@ static uint32_t some_id(uint64_t *random, unsigned bits)
 }
 
 /* Each of them has a key of its own: a pair is not there twice. */
-static void add_pairs(world *w, size_t count, unsigned of_solids, unsigned of_pairs, entry *list)
+static void add_pairs(world *w, size_t count, unsigned of_colliders, unsigned of_pairs, entry *list)
 {
-    uint64_t random = count + of_solids;
+    uint64_t random = count + of_colliders;
     while (w->active_pairs.count < count) {
-        uint32_t id = some_id(&random, of_pairs), a = some_id(&random, of_solids), b = some_id(&random, of_solids);
+        uint32_t id = some_id(&random, of_pairs), a = some_id(&random, of_colliders),
+                 b = some_id(&random, of_colliders);
         if (a == b || w->pairs.at[id].used || pair_map_get(&w->pair_of, pair_key(a, b)) != PAIR_MAP_NONE) continue;
         w->pairs.at[id] = (pair){.a = a, .b = b, .used = true};
         pair_map_put(&w->pair_of, pair_key(a, b), id);
@@ -49,15 +50,15 @@ static void add_pairs(world *w, size_t count, unsigned of_solids, unsigned of_pa
     }
 }
 
-static void sorts(size_t count, unsigned of_solids, unsigned of_pairs)
+static void sorts(size_t count, unsigned of_colliders, unsigned of_pairs)
 {
     world w = {.now_ns = 0};
     entry *list = base_alloc(count, sizeof *list);
     w.pairs.at = base_zalloc((size_t)1 << of_pairs, sizeof *w.pairs.at);
     pair_map_init(&w.pair_of);
-    add_pairs(&w, count, of_solids, of_pairs, list);
+    add_pairs(&w, count, of_colliders, of_pairs, list);
     qsort(list, count, sizeof *list, by_key);
-    pair_sort_active(&w, of_solids, of_pairs);
+    pair_sort_active(&w, of_colliders, of_pairs);
     assert_true(w.active.count == count && w.active_pairs.count == count);
     for (size_t i = 0; i < count; i++) {
         assert_int_equal(w.active.at[i], list[i].key);

@@ -33,8 +33,8 @@ static played play(broad_kind kind)
     world_options options = world_options_default();
     options.broad = kind;
     world *w = world_create(&options);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     uint32_t ids[BODIES];
     int count = 0;
     played p = {0};
@@ -74,11 +74,11 @@ static void it_says_which_one_stands(void **state)
     world_options options = world_options_default();
     options.broad = BROAD_SWEEP1;
     world *w = world_create(&options);
-    world_tell_broad(w, text);
+    world_report_broad(w, text);
     assert_string_equal(text, "sweep1 (as configured)");
     world_destroy(w);
     w = world_create(&(world_options){.workers = 1, .broad = BROAD_AUTO});
-    world_tell_broad(w, text);
+    world_report_broad(w, text);
     assert_string_equal(text, "sweep3 (auto: 0 proxies; tree for more than 256)");
     world_destroy(w);
 }

@@ -1,6 +1,6 @@
-/* What a calm body is spared changes no answer: two worlds under the same random commands, in one of which an interest
- * that nobody matches keeps every body from being calm (it asks for bounds, so that all that moves is looked at), tell
- * the same events with the same bits, and answer queries alike, between ticks, too. */
+/* What a calm body is spared changes no answer: two worlds under the same random commands, in one of which a
+ * subscription that nobody matches keeps every body from being calm (it asks for bounds, so that all that moves is
+ * looked at), tell the same events with the same bits, and answer queries alike, between ticks, too. */
 #include "scene.h"
 
 #include <math.h>
@@ -105,7 +105,7 @@ static void move_some(run *r, int64_t stamp_ns)
 static void do_something_else(run *r)
 {
     size_t i = next(&r->random) % BODIES;
-    world_interest impacts = scene_all(WORLD_IMPACT | WORLD_FORETELL, 0);
+    world_subscription impacts = scene_all(WORLD_IMPACT | WORLD_PREDICT, 0);
     impacts.horizon = 0.1;
     impacts.select_a = "b*";
     uint64_t what = next(&r->random) % 16;
@@ -115,7 +115,7 @@ static void do_something_else(run *r)
         if (what == 0) world_hold_body(r->w[k], r->ids[i]);
         if (what == 1) world_teleport_body(r->w[k], r->ids[i], r->at[i == 0 ? 1 : 0], r->now_ns, NULL, NULL);
         if (what == 5) world_teleport_body(r->w[k], r->ids[i], nearby, r->now_ns, NULL, NULL);
-        if (what == 2 && r->impacts != WORLD_NONE) world_remove_interest(r->w[k], r->impacts, CAUSE_INTEREST);
+        if (what == 2 && r->impacts != WORLD_NONE) world_remove_subscription(r->w[k], r->impacts, CAUSE_SUBSCRIPTION);
     }
     if (what == 1) r->at[i] = r->at[i == 0 ? 1 : 0];
     if (what == 5) r->at[i] = nearby;
@@ -123,7 +123,7 @@ static void do_something_else(run *r)
     if (what == 3 && r->impacts == WORLD_NONE)
         for (int k = 0; k < WORLDS; k++) {
             uint32_t id = WORLD_NONE;
-            assert_int_equal(world_put_interest(r->w[k], &id, &impacts), WORLD_OK);
+            assert_int_equal(world_put_subscription(r->w[k], &id, &impacts), WORLD_OK);
             if (k) assert_int_equal(id, r->impacts);
             r->impacts = id;
         }
@@ -168,8 +168,8 @@ static void calm_changes_nothing(void **state)
     bool brief = getenv("COLLIDED_BRIEF"), nightly = getenv("COLLIDED_NIGHTLY");
     int ticks = brief ? 500 : nightly ? 100000 : 5000;
     run r = {.random = 1, .impacts = WORLD_NONE, .now_ns = SECOND};
-    world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.1);
-    world_interest none = {.facts = WORLD_DISTANCE,
+    world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.1);
+    world_subscription none = {.facts = WORLD_DISTANCE,
         .select_a = "nobody",
         .select_b = "nobody",
         .range = 1,
@@ -177,10 +177,10 @@ static void calm_changes_nothing(void **state)
         .tolerance = 1e-9};
     for (int k = 0; k < WORLDS; k++) {
         r.w[k] = scene_world(1, true);
-        scene_interest(r.w[k], &all);
+        scene_subscription(r.w[k], &all);
         none.facts = k == AWAKE ? WORLD_DISTANCE : WORLD_TOUCH;
         none.accuracy = k == AWAKE ? WORLD_BY_BOXES : WORLD_BY_TOLERANCE;
-        scene_interest(r.w[k], &none);
+        scene_subscription(r.w[k], &none);
     }
     for (size_t i = 0; i < BODIES; i++) {
         r.ids[i] = WORLD_NONE;
@@ -208,12 +208,12 @@ static void what_was_calm_has_a_way(void **state)
     double times[WORLDS];
     for (int k = 0; k < WORLDS; k++) {
         world *w = scene_world(1, true);
-        world_interest all = scene_all(WORLD_TOUCH, 0), impacts = scene_all(WORLD_IMPACT, 0);
-        world_interest none = {
+        world_subscription all = scene_all(WORLD_TOUCH, 0), impacts = scene_all(WORLD_IMPACT, 0);
+        world_subscription none = {
             .facts = WORLD_DISTANCE, .select_a = "nobody", .select_b = "nobody", .range = 1, .tolerance = 1e-9};
         none.accuracy = k == AWAKE ? WORLD_BY_BOXES : WORLD_BY_TOLERANCE;
-        scene_interest(w, &all);
-        scene_interest(w, &none);
+        scene_subscription(w, &all);
+        scene_subscription(w, &none);
         uint32_t ids[2] = {scene_sphere(w, "a", 0, 0.5), scene_sphere(w, "b", -8, 0.5)};
         for (uint32_t i = 0; i < 2; i++) {
             world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 0.5}, .local = POSE_IDENTITY};
@@ -231,7 +231,7 @@ static void what_was_calm_has_a_way(void **state)
             scene_move(w, ids[0], 1e-3 * (t % 2), 0);
             scene_tick(w, t * TICK_NS);
         }
-        scene_interest(w, &impacts);
+        scene_subscription(w, &impacts);
         scene_move(w, ids[0], 0.04, 0);
         scene_move(w, ids[1], 8, 0);
         world_batches told;

@@ -1,5 +1,5 @@
-/* Temporal coherence: in scenes that move as robots and crowds do, the first two rungs of the ladder settle nearly all
- * separated pairs, and with them off not one event is another. */
+/* Temporal coherence: in scenes that move as robots and crowds do, the first two stages of the cascade settle nearly
+ * all separated pairs, and with them off not one event is another. */
 #include "coherence.h"
 #include "scene.h"
 
@@ -15,8 +15,8 @@ static played play(const coherence_scene *s, unsigned workers, bool caches)
 {
     world *w = scene_world(workers, caches);
     uint32_t ids[COHERENCE_BODIES_MAX];
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     s->create(w, ids);
     world_batches out = {0};
     uint64_t touching = 0;
@@ -28,15 +28,15 @@ static played play(const coherence_scene *s, unsigned workers, bool caches)
                 touching += out.at[i].events[k].kind == EVENT_BEGIN || out.at[i].events[k].kind == EVENT_UPDATE;
     }
     world_figures f = world_get_figures(w);
-    played p = {out.hash, f.pair_ticks - touching, f.rungs[RUNG_MOTION_BOUND] + f.rungs[RUNG_CACHED_AXIS]};
+    played p = {out.hash, f.pair_ticks - touching, f.stages[STAGE_MOTION_BOUND] + f.stages[STAGE_CACHED_AXIS]};
     print_message("%-10s caches %d: %llu pair-ticks, %llu touching, %llu by motion bound, %llu by cached axis\n",
         s->name, caches, (unsigned long long)f.pair_ticks, (unsigned long long)touching,
-        (unsigned long long)f.rungs[RUNG_MOTION_BOUND], (unsigned long long)f.rungs[RUNG_CACHED_AXIS]);
+        (unsigned long long)f.stages[STAGE_MOTION_BOUND], (unsigned long long)f.stages[STAGE_CACHED_AXIS]);
     world_destroy(w);
     return p;
 }
 
-static void the_first_two_rungs_settle_98_percent_of_separated_pairs_and_change_nothing(void **state)
+static void the_first_two_stages_settle_98_percent_of_separated_pairs_and_change_nothing(void **state)
 {
     (void)state;
     for (int i = 0; i < COHERENCE_SCENES; i++) {
@@ -55,8 +55,8 @@ static world_figures play_all(const coherence_scene *s, unsigned workers, bool c
 {
     world *w = scene_world(workers, caches);
     uint32_t ids[COHERENCE_BODIES_MAX];
-    world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD, 0.02);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD, 0.02);
+    scene_subscription(w, &all);
     s->create(w, ids);
     world_batches out = {0};
     for (int t = 1; t <= ticks; t++) {
@@ -84,7 +84,7 @@ static void intervals_and_manifolds_are_those_of_a_cold_run(void **state)
         assert_true(warm.narrow_queries < cold.narrow_queries);
         frames += warm.pair_ticks;
         manifolds += warm.manifolds;
-        cheap += warm.rungs[RUNG_MOTION_BOUND] + warm.rungs[RUNG_CACHED_AXIS];
+        cheap += warm.stages[STAGE_MOTION_BOUND] + warm.stages[STAGE_CACHED_AXIS];
     }
     print_message("%llu frames of pairs: %llu settled by caches, %llu manifolds\n", (unsigned long long)frames,
         (unsigned long long)cheap, (unsigned long long)manifolds);
@@ -95,7 +95,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(intervals_and_manifolds_are_those_of_a_cold_run),
-        cmocka_unit_test(the_first_two_rungs_settle_98_percent_of_separated_pairs_and_change_nothing),
+        cmocka_unit_test(the_first_two_stages_settle_98_percent_of_separated_pairs_and_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

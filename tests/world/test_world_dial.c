@@ -44,8 +44,8 @@ typedef struct run {
     compound *corner;
     hull *stone;
     mesh *dented;
-    uint32_t interest;
-    world_interest terms;
+    uint32_t subscription;
+    world_subscription terms;
     told of[BODIES][BODIES];
     size_t undone, stopped, checked; /* told last; cumulative */
     uint64_t grant, given;           /* units a tick; in slices as large as `given` */
@@ -136,7 +136,7 @@ static void move(run *r, double step)
     }
 }
 
-static void begin(run *r, const world_options *options, const world_interest *terms)
+static void begin(run *r, const world_options *options, const world_subscription *terms)
 {
     *r = (run){.w = world_create(options),
         .random = 7,
@@ -152,7 +152,7 @@ static void begin(run *r, const world_options *options, const world_interest *te
         if (i == 0) r->at[i].p = vec(0, 0, -1);
         put(r, i);
     }
-    if (terms->facts) r->interest = scene_interest(r->w, terms);
+    if (terms->facts) r->subscription = scene_subscription(r->w, terms);
 }
 
 static void end(run *r)
@@ -194,7 +194,7 @@ static uint64_t tick(run *r)
     world_batches out;
     world_tick(r->w, ++r->tick * TICK_NS, &out);
     for (size_t i = 0; i < out.count; i++)
-        if (out.at[i].interest == r->interest) learn(r, &out.at[i]);
+        if (out.at[i].subscription == r->subscription) learn(r, &out.at[i]);
     r->work[r->tick] = world_get_figures(r->w).work;
     return out.hash;
 }
@@ -227,7 +227,7 @@ static void what_was_told_holds(run *r)
 
 /* ---- accuracy ---- */
 
-static const world_interest NEAR = {
+static const world_subscription NEAR = {
     .facts = WORLD_TOUCH | WORLD_DISTANCE, .select_a = "*", .select_b = "*", .range = 0.3, .relative_tolerance = 1e-6};
 
 static int ticks_to_run(void)
@@ -245,7 +245,7 @@ static void what_was_told_holds_at_any_accuracy(void **state)
     } DIAL[] = {{WORLD_BY_BOXES, 0}, {WORLD_BY_TOLERANCE, 1e-3}, {WORLD_BY_TOLERANCE, 1e-9}, {WORLD_BY_VERDICT, 0}};
     world_options options = world_options_default();
     for (size_t d = 0; d < sizeof DIAL / sizeof *DIAL; d++) {
-        world_interest terms = NEAR;
+        world_subscription terms = NEAR;
         terms.accuracy = DIAL[d].accuracy;
         terms.relative_tolerance = DIAL[d].relative;
         if (terms.accuracy == WORLD_BY_VERDICT) terms.facts = WORLD_TOUCH;
@@ -258,11 +258,11 @@ static void what_was_told_holds_at_any_accuracy(void **state)
         world_figures f = world_get_figures(r.w);
         print_message("accuracy %d, %g: %zu told intervals held, %llu queries, %llu bounds, %llu stood\n",
             terms.accuracy, terms.relative_tolerance, r.checked, (unsigned long long)f.narrow_queries,
-            (unsigned long long)f.rungs[RUNG_BOUNDS], (unsigned long long)f.rungs[RUNG_STANDING]);
+            (unsigned long long)f.stages[STAGE_BOUNDS], (unsigned long long)f.stages[STAGE_STANDING]);
         assert_true(r.checked > 1000);
         assert_int_equal(f.manifolds, 0); /* nobody asked */
         if (terms.accuracy == WORLD_BY_BOXES)
-            assert_true(f.narrow_queries == 0 && f.rungs[RUNG_STANDING] > f.rungs[RUNG_BOUNDS]);
+            assert_true(f.narrow_queries == 0 && f.stages[STAGE_STANDING] > f.stages[STAGE_BOUNDS]);
         end(&r);
     }
 }
@@ -274,7 +274,7 @@ static void an_interval_is_as_narrow_as_asked_and_says_what_it_is(void **state)
     static run r;
     world_options options = world_options_default();
     for (size_t d = 0; d < sizeof RELATIVE / sizeof *RELATIVE; d++) {
-        world_interest terms = NEAR;
+        world_subscription terms = NEAR;
         terms.relative_tolerance = RELATIVE[d];
         begin(&r, &options, &terms);
         tick(&r);
@@ -307,13 +307,13 @@ static void a_verdict_is_certain_where_an_interval_is_not(void **state)
     static const world_accuracy ACCURACIES[2] = {WORLD_BY_VERDICT, WORLD_BY_TOLERANCE};
     for (int i = 0; i < 2; i++) {
         world *w = scene_world(1, true);
-        world_interest terms = {.facts = WORLD_TOUCH,
+        world_subscription terms = {.facts = WORLD_TOUCH,
             .select_a = "*",
             .select_b = "*",
             .threshold = 0.25,
             .relative_tolerance = 1e-3,
             .accuracy = ACCURACIES[i]};
-        scene_interest(w, &terms);
+        scene_subscription(w, &terms);
         scene_sphere(w, "a", 0, 0.5);
         scene_sphere(w, "b", 1.2499999999, 0.5);
         const world_batch *b = scene_tick(w, 1);
@@ -332,7 +332,7 @@ static void the_events_do_not_depend_on_workers_or_caches(void **state)
     for (unsigned workers = 1; workers <= 4; workers++)
         for (int caches = 0; caches < 2; caches++) {
             world_options options = world_options_default();
-            world_interest terms = NEAR;
+            world_subscription terms = NEAR;
             options.workers = workers;
             options.caches = caches;
             terms.accuracy = WORLD_BY_BOXES;
@@ -349,12 +349,12 @@ static void the_events_do_not_depend_on_workers_or_caches(void **state)
 }
 
 /* Each change counts from the next tick on. */
-static void interests_come_and_change_and_go_in_the_next_tick(void **state)
+static void subscriptions_come_and_change_and_go_in_the_next_tick(void **state)
 {
     (void)state;
     static run r;
     world_options options = world_options_default();
-    world_interest terms = {.select_a = "*"};
+    world_subscription terms = {.select_a = "*"};
     begin(&r, &options, &terms); /* nobody asks */
     tick(&r);
     move(&r, 0.02);
@@ -365,32 +365,32 @@ static void interests_come_and_change_and_go_in_the_next_tick(void **state)
     terms = NEAR;
     terms.accuracy = WORLD_BY_BOXES;
     r.terms = terms;
-    r.interest = scene_interest(r.w, &terms);
+    r.subscription = scene_subscription(r.w, &terms);
     tick(&r);
     world_figures boxes = world_get_figures(r.w);
-    assert_true(boxes.rungs[RUNG_BOUNDS] > 100 && boxes.narrow_queries == 0);
+    assert_true(boxes.stages[STAGE_BOUNDS] > 100 && boxes.narrow_queries == 0);
     what_was_told_holds(&r);
 
     terms.accuracy = WORLD_BY_TOLERANCE;
-    assert_int_equal(world_put_interest(r.w, &r.interest, &terms), WORLD_OK);
+    assert_int_equal(world_put_subscription(r.w, &r.subscription, &terms), WORLD_OK);
     tick(&r);
     world_figures fine = world_get_figures(r.w);
     assert_true(fine.narrow_queries > 100 && fine.manifolds == 0);
     what_was_told_holds(&r);
 
     terms.facts |= WORLD_MANIFOLD;
-    uint32_t other = scene_interest(r.w, &terms);
+    uint32_t other = scene_subscription(r.w, &terms);
     tick(&r);
     assert_true(world_get_figures(r.w).manifolds > 10);
 
-    world_remove_interest(r.w, other, CAUSE_INTEREST);
+    world_remove_subscription(r.w, other, CAUSE_SUBSCRIPTION);
     tick(&r);
     world_figures before = world_get_figures(r.w);
     move(&r, 0.02);
     tick(&r);
     assert_int_equal(world_get_figures(r.w).manifolds, before.manifolds);
 
-    world_remove_interest(r.w, r.interest, CAUSE_INTEREST);
+    world_remove_subscription(r.w, r.subscription, CAUSE_SUBSCRIPTION);
     tick(&r);
     before = world_get_figures(r.w);
     move(&r, 0.02);
@@ -407,24 +407,24 @@ static void who_asks_pays_and_shared_pairs_are_split(void **state)
     world_options options = world_options_default();
     begin(&r, &options, &NEAR);
     tick(&r);
-    uint64_t alone = world_interest_work(r.w, r.interest);
+    uint64_t alone = world_subscription_work(r.w, r.subscription);
     end(&r);
     begin(&r, &options, &NEAR);
-    uint32_t other = scene_interest(r.w, &NEAR);
-    world_interest nobody = NEAR;
+    uint32_t other = scene_subscription(r.w, &NEAR);
+    world_subscription nobody = NEAR;
     nobody.select_a = "no body";
-    uint32_t idle = scene_interest(r.w, &nobody);
+    uint32_t idle = scene_subscription(r.w, &nobody);
     tick(&r);
-    uint64_t one = world_interest_work(r.w, r.interest), two = world_interest_work(r.w, other);
+    uint64_t one = world_subscription_work(r.w, r.subscription), two = world_subscription_work(r.w, other);
     assert_true(alone > 10000 && one == two && one + two <= alone && one + two > alone - 1000);
-    assert_int_equal(world_interest_work(r.w, idle), 0);
+    assert_int_equal(world_subscription_work(r.w, idle), 0);
     end(&r);
 }
 
 enum { MANY = 10000 };
 
 /* 10,000 bodies on the move through each other. */
-static void with_no_interest_nothing_is_looked_at(void **state)
+static void with_no_subscription_nothing_is_looked_at(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
@@ -441,8 +441,8 @@ static void with_no_interest_nothing_is_looked_at(void **state)
     world_figures f = world_get_figures(w);
     assert_true(f.moves == 5 * MANY && f.pairs == 0 && f.pair_ticks == 0);
     assert_true(f.narrow_queries == 0 && f.manifolds == 0 && f.sweeps == 0);
-    world_interest touches = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &touches);
+    world_subscription touches = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &touches);
     scene_tick(w, 6);
     f = world_get_figures(w);
     assert_true(f.narrow_queries >= MANY - 1 && f.manifolds == 0);
@@ -496,7 +496,7 @@ static void with_a_budget_nothing_is_missed_and_what_was_told_holds(void **state
             (unsigned long long)UNITS[i], r.checked, r.stopped, (unsigned long long)f.undone_ticks,
             (unsigned long long)f.narrow_queries);
         assert_true(f.work <= UNITS[i]);
-        assert_int_equal(f.undone, r.undone); /* of the only interest */
+        assert_int_equal(f.undone, r.undone); /* of the only subscription */
         if (UNITS[i] < 60000) assert_true(f.undone > 0 && r.stopped > 0);
         if (UNITS[i] == 0) assert_true(f.unbounded > 0 && f.narrow_queries == 0);
         if (UNITS[i] == UINT64_MAX) assert_true(f.undone_ticks == 0 && r.stopped == 0);
@@ -628,8 +628,8 @@ static void a_way_without_a_budget_is_no_way_back(void **state)
     (void)state;
     static const double AT[] = {1.18, 1.18, 1.05};
     world *w = scene_world(1, true);
-    world_interest near = scene_all(WORLD_DISTANCE, 0.1);
-    scene_interest(w, &near);
+    world_subscription near = scene_all(WORLD_DISTANCE, 0.1);
+    scene_subscription(w, &near);
     world_shape cube = {.shape = {.type = SHAPE_BOX, .half = {0.5, 0.5, 0.5}}, .local = POSE_IDENTITY};
     uint32_t id[2] = {WORLD_NONE, WORLD_NONE};
     for (int i = 0; i < 2; i++) {
@@ -662,9 +662,9 @@ int main(void)
         cmocka_unit_test(an_interval_is_as_narrow_as_asked_and_says_what_it_is),
         cmocka_unit_test(a_verdict_is_certain_where_an_interval_is_not),
         cmocka_unit_test(the_events_do_not_depend_on_workers_or_caches),
-        cmocka_unit_test(interests_come_and_change_and_go_in_the_next_tick),
+        cmocka_unit_test(subscriptions_come_and_change_and_go_in_the_next_tick),
         cmocka_unit_test(who_asks_pays_and_shared_pairs_are_split),
-        cmocka_unit_test(with_no_interest_nothing_is_looked_at),
+        cmocka_unit_test(with_no_subscription_nothing_is_looked_at),
         cmocka_unit_test(with_a_budget_nothing_is_missed_and_what_was_told_holds),
         cmocka_unit_test(a_replay_with_the_recorded_units_is_the_same),
         cmocka_unit_test(a_restored_world_goes_on_alike),

@@ -1,13 +1,13 @@
-/* Very much that ends: an interest that closes or changes, bodies that go or get other shapes, snapshots. With a slice
- * no tick tells more of it than the slice allows; in the end all has begun and ended once, for each number of workers,
- * each way of finding boxes that meet, and after a state was handed over in the middle. */
+/* Very much that ends: a subscription that closes or changes, bodies that go or get other shapes, snapshots. With a
+ * slice no tick tells more of it than the slice allows; in the end all has begun and ended once, for each number of
+ * workers, each way of finding boxes that meet, and after a state was handed over in the middle. */
 #include "scene.h"
 #include "world/saved.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { BALLS = 60, SLICE = 20000, IDS = 1 << 19, INTERESTS = 8, A_TICK_AT_MOST = 150 };
+enum { BALLS = 60, SLICE = 20000, IDS = 1 << 19, SUBSCRIPTIONS = 8, A_TICK_AT_MOST = 150 };
 enum { PAIRS = BALLS * (BALLS - 1) / 2 };
 
 typedef struct crowd {
@@ -18,11 +18,11 @@ typedef struct crowd {
     bool there[BALLS];
     vec3 at[BALLS];
     double radius[BALLS];
-    uint8_t ids[IDS];                    /* 0: never begun, 1: begun, 2: ended */
-    bool touch[INTERESTS][BALLS][BALLS]; /* as told; a < b */
-    size_t ends_most;                    /* of a tick */
+    uint8_t ids[IDS];                        /* 0: never begun, 1: begun, 2: ended */
+    bool touch[SUBSCRIPTIONS][BALLS][BALLS]; /* as told; a < b */
+    size_t ends_most;                        /* of a tick */
     size_t begins, ends, closed, lost;
-    size_t undone[INTERESTS];
+    size_t undone[SUBSCRIPTIONS];
 } crowd;
 
 static crowd *set_up(uint64_t slice, unsigned workers, broad_kind kind)
@@ -69,11 +69,11 @@ static void remove_ball(crowd *c, int i)
     c->there[i] = false;
 }
 
-static void hear(crowd *c, uint32_t interest, const world_event *e)
+static void hear(crowd *c, uint32_t subscription, const world_event *e)
 {
     if (e->kind != EVENT_BEGIN && e->kind != EVENT_END) return;
     int a = atoi(e->name_a + 1), b = atoi(e->name_b + 1);
-    bool begins = e->kind == EVENT_BEGIN, *touch = &c->touch[interest][a < b ? a : b][a < b ? b : a];
+    bool begins = e->kind == EVENT_BEGIN, *touch = &c->touch[subscription][a < b ? a : b][a < b ? b : a];
     assert_true(e->contact > 0 && e->contact < IDS);
     assert_int_equal(c->ids[e->contact], begins ? 0 : 1); /* each id begins once, and ends once */
     c->ids[e->contact]++;
@@ -93,9 +93,9 @@ static uint64_t tick(crowd *c, int64_t now_ns)
     if (fault) fail_msg("%s", fault);
     for (size_t i = 0; i < batches.count; i++) {
         const world_batch *b = &batches.at[i];
-        c->undone[b->interest] = b->undone;
+        c->undone[b->subscription] = b->undone;
         c->closed += b->closing;
-        for (size_t k = 0; !b->snapshot && k < b->count; k++) hear(c, b->interest, &b->events[k]);
+        for (size_t k = 0; !b->snapshot && k < b->count; k++) hear(c, b->subscription, &b->events[k]);
     }
     if (c->ends - ends > c->ends_most) c->ends_most = c->ends - ends;
     return batches.hash;
@@ -115,14 +115,14 @@ static int64_t settle(crowd *c, int64_t now_ns)
     return now_ns;
 }
 
-static void is_told_what_is_so(const crowd *c, uint32_t interest)
+static void is_told_what_is_so(const crowd *c, uint32_t subscription)
 {
     for (int a = 0; a < BALLS; a++)
         for (int b = a + 1; b < BALLS; b++) {
             bool meet = vec_norm(vec_sub(c->at[a], c->at[b])) <= c->radius[a] + c->radius[b];
-            assert_int_equal(c->touch[interest][a][b], c->there[a] && c->there[b] && meet);
+            assert_int_equal(c->touch[subscription][a][b], c->there[a] && c->there[b] && meet);
         }
-    assert_int_equal(c->undone[interest], 0);
+    assert_int_equal(c->undone[subscription], 0);
 }
 
 static void nothing_stands(const crowd *c)
@@ -138,15 +138,15 @@ static int64_t begin_in_one_place(crowd *c)
     return settle(c, 1);
 }
 
-static void an_interest_closes_in_slices(void **state)
+static void an_subscription_closes_in_slices(void **state)
 {
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(c->w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(c->w, &all);
     int64_t now = begin_in_one_place(c);
     is_told_what_is_so(c, id);
-    assert_int_equal(world_remove_interest(c->w, id, CAUSE_OWNER_LOST), WORLD_OK);
+    assert_int_equal(world_remove_subscription(c->w, id, CAUSE_OWNER_LOST), WORLD_OK);
     tick(c, ++now);
     assert_true(world_is_closing(c->w));
     assert_true(c->ends > 0);
@@ -158,7 +158,7 @@ static void an_interest_closes_in_slices(void **state)
     assert_true(c->ends_most <= A_TICK_AT_MOST);
     nothing_stands(c);
     tick(c, now + 5001);
-    assert_int_equal(world_get_figures(c->w).interests, 0);
+    assert_int_equal(world_get_figures(c->w).subscriptions, 0);
     tear_down(c);
 }
 
@@ -167,14 +167,14 @@ static void who_closes_little_is_closed_at_once(void **state)
 {
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
-    world_interest all = scene_all(WORLD_TOUCH, 0), few = all;
+    world_subscription all = scene_all(WORLD_TOUCH, 0), few = all;
     few.select_a = "b00";
     few.select_b = "b0*";
-    uint32_t much = scene_interest(c->w, &all), little = scene_interest(c->w, &few);
+    uint32_t much = scene_subscription(c->w, &all), little = scene_subscription(c->w, &few);
     int64_t now = begin_in_one_place(c);
-    world_remove_interest(c->w, much, CAUSE_INTEREST);
+    world_remove_subscription(c->w, much, CAUSE_SUBSCRIPTION);
     tick(c, ++now);
-    world_remove_interest(c->w, little, CAUSE_INTEREST);
+    world_remove_subscription(c->w, little, CAUSE_SUBSCRIPTION);
     tick(c, ++now);
     assert_int_equal(c->closed, 1);
     assert_true(world_is_closing(c->w));
@@ -188,12 +188,12 @@ static void terms_change_in_slices(void **state)
 {
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
-    world_interest terms = scene_all(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(c->w, &terms);
+    world_subscription terms = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(c->w, &terms);
     int64_t now = begin_in_one_place(c);
     for (int i = 1; i <= 4; i++) {
         terms.hysteresis = 0.001 * i;
-        assert_int_equal(world_put_interest(c->w, &id, &terms), WORLD_OK);
+        assert_int_equal(world_put_subscription(c->w, &id, &terms), WORLD_OK);
         for (int n = 0; n < 7 * i; n++) tick(c, ++now);
         assert_true(i == 4 || c->undone[id]);
     }
@@ -208,8 +208,8 @@ static void bodies_leave_in_slices(void **state)
 {
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(c->w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(c->w, &all);
     int64_t now = begin_in_one_place(c);
     for (int i = 0; i < BALLS; i++) remove_ball(c, i);
     tick(c, ++now);
@@ -231,8 +231,8 @@ static void what_comes_again_waits_for_what_leaves(void **state)
 {
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(c->w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(c->w, &all);
     int64_t now = begin_in_one_place(c);
     for (int i = 0; i < BALLS; i += 2) remove_ball(c, i);
     for (int i = 0; i < BALLS; i += 4) put_ball(c, i, vec(0.002 * i, 0, 0), 1);
@@ -258,8 +258,8 @@ static void many_become_stale_in_slices(void **state)
 {
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(c->w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(c->w, &all);
     begin_in_one_place(c);
     for (int i = 0; i < BALLS; i++) assert_int_equal(world_hold_body(c->w, c->balls[i]), WORLD_OK);
     size_t most = 0, before = 0;
@@ -315,7 +315,7 @@ static int64_t take_snapshot(crowd *c, uint32_t id, int64_t now, bool stirs, ima
         if (fault) fail_msg("%s", fault);
         for (size_t i = 0; i < batches.count; i++) {
             const world_batch *b = &batches.at[i];
-            for (size_t k = 0; !b->snapshot && k < b->count; k++) hear(c, b->interest, &b->events[k]);
+            for (size_t k = 0; !b->snapshot && k < b->count; k++) hear(c, b->subscription, &b->events[k]);
             if (b->snapshot && !b->goes_on) memcpy(m->ids, c->ids, sizeof m->ids);
             if (b->snapshot) hear_image(m, b);
             over |= b->snapshot && !b->more;
@@ -329,8 +329,8 @@ static void a_snapshot_is_told_in_portions(void **state)
     (void)state;
     crowd *c = set_up(SLICE, 1, BROAD_AUTO);
     image *m = calloc(1, sizeof *m);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(c->w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(c->w, &all);
     int64_t now = begin_in_one_place(c);
     for (int stirs = 0; stirs < 2; stirs++) {
         now = take_snapshot(c, id, now, stirs, m);
@@ -354,9 +354,9 @@ static void who_asks_for_snapshots_changes_nothing(void **state)
     crowd *c[2];
     uint32_t id[2];
     for (int k = 0; k < 2; k++) {
-        world_interest all = scene_all(WORLD_TOUCH, 0);
+        world_subscription all = scene_all(WORLD_TOUCH, 0);
         c[k] = set_up(SLICE, 1, BROAD_AUTO);
-        id[k] = scene_interest(c[k]->w, &all);
+        id[k] = scene_subscription(c[k]->w, &all);
         begin_in_one_place(c[k]);
     }
     for (int64_t now = 6000; now < 6100; now++) {
@@ -383,8 +383,8 @@ static vec3 somewhere(uint64_t *seed)
     return vec(3 * x, 3 * y, 0);
 }
 
-/* One of a few balls goes, comes, changes; now and then all of them, and interests as well. */
-static void stir(crowd *c, int64_t now, uint64_t *seed, uint32_t interests[3])
+/* One of a few balls goes, comes, changes; now and then all of them, and subscriptions as well. */
+static void stir(crowd *c, int64_t now, uint64_t *seed, uint32_t subscriptions[3])
 {
     double many = now % 25 == 0 ? 0.7 : 0.03;
     for (int i = 0; i < BALLS; i++) {
@@ -399,15 +399,15 @@ static void stir(crowd *c, int64_t now, uint64_t *seed, uint32_t interests[3])
             put_ball(c, i, at, what < 0.75 ? c->radius[i] : 0.5 + 0.5 * (double)(now % 2));
     }
     int k = (int)(3 * draw(seed));
-    world_interest terms = scene_all(WORLD_TOUCH, 0);
+    world_subscription terms = scene_all(WORLD_TOUCH, 0);
     terms.hysteresis = 0.01 * draw(seed);
     double what = draw(seed);
     if (now % 11) return;
-    if (interests[k] != WORLD_NONE && what < 0.5) {
-        assert_int_equal(world_remove_interest(c->w, interests[k], CAUSE_INTEREST), WORLD_OK);
-        interests[k] = WORLD_NONE;
+    if (subscriptions[k] != WORLD_NONE && what < 0.5) {
+        assert_int_equal(world_remove_subscription(c->w, subscriptions[k], CAUSE_SUBSCRIPTION), WORLD_OK);
+        subscriptions[k] = WORLD_NONE;
     } else {
-        assert_int_equal(world_put_interest(c->w, &interests[k], &terms), WORLD_OK);
+        assert_int_equal(world_put_subscription(c->w, &subscriptions[k], &terms), WORLD_OK);
     }
 }
 
@@ -432,21 +432,21 @@ static void all_kinds_and_workers_tell_the_same(void **state)
     static const broad_kind kinds[WORLDS] = {BROAD_TREE, BROAD_SWEEP1, BROAD_SWEEP3, BROAD_AUTO, BROAD_TREE};
     static const unsigned workers[WORLDS] = {1, 2, 3, 8, 1};
     crowd *c[WORLDS];
-    uint32_t interests[WORLDS][3];
+    uint32_t subscriptions[WORLDS][3];
     uint64_t seeds[WORLDS];
     size_t closing = 0;
     for (int k = 0; k < WORLDS; k++) {
         c[k] = set_up(SLICE, workers[k], kinds[k]);
         seeds[k] = 5;
-        for (int i = 0; i < 3; i++) interests[k][i] = WORLD_NONE;
-        world_interest all = scene_all(WORLD_TOUCH, 0);
-        interests[k][0] = scene_interest(c[k]->w, &all);
+        for (int i = 0; i < 3; i++) subscriptions[k][i] = WORLD_NONE;
+        world_subscription all = scene_all(WORLD_TOUCH, 0);
+        subscriptions[k][0] = scene_subscription(c[k]->w, &all);
     }
     for (int64_t now = 1; now <= TICKS; now++) {
         uint64_t hash = 0;
         for (int k = 0; k < WORLDS; k++) {
             if (k == WORLDS - 1 && now % 3 == 0) be_reborn(c[k]);
-            stir(c[k], now, &seeds[k], interests[k]);
+            stir(c[k], now, &seeds[k], subscriptions[k]);
             uint64_t is = tick(c[k], now);
             if (k == 0) hash = is;
             if (is != hash) fail_msg("tick %d: world %d tells something else", (int)now, k);
@@ -457,7 +457,7 @@ static void all_kinds_and_workers_tell_the_same(void **state)
     for (int k = 0; k < WORLDS; k++) {
         settle(c[k], TICKS + 1);
         for (int i = 0; i < 3; i++)
-            if (interests[k][i] != WORLD_NONE) is_told_what_is_so(c[k], interests[k][i]);
+            if (subscriptions[k][i] != WORLD_NONE) is_told_what_is_so(c[k], subscriptions[k][i]);
         tear_down(c[k]);
     }
 }
@@ -465,7 +465,7 @@ static void all_kinds_and_workers_tell_the_same(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_interest_closes_in_slices),
+        cmocka_unit_test(an_subscription_closes_in_slices),
         cmocka_unit_test(who_closes_little_is_closed_at_once),
         cmocka_unit_test(terms_change_in_slices),
         cmocka_unit_test(bodies_leave_in_slices),

@@ -10,8 +10,8 @@ static void a_contact_begins_persists_and_ends_under_one_id(void **state)
     world *w = scene_world(1, true);
     uint32_t a = scene_sphere(w, "a", 0, 1);
     scene_sphere(w, "b", 3, 1);
-    world_interest all = scene_all(WORLD_TOUCH | WORLD_MANIFOLD, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH | WORLD_MANIFOLD, 0);
+    scene_subscription(w, &all);
     const world_batch *b = scene_tick(w, 1);
     assert_true(b->snapshot);
     assert_int_equal(b->count, 0);
@@ -55,8 +55,8 @@ static void touching_exactly_counts_as_contact(void **state)
     world *w = scene_world(1, true);
     scene_sphere(w, "a", 0, 1);
     scene_sphere(w, "b", 2, 1);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     const world_batch *b = scene_tick(w, 1);
     assert_int_equal(b->count, 1);
     assert_int_equal(b->events[0].kind, EVENT_BEGIN);
@@ -108,7 +108,7 @@ static void renaming(void *w, uint32_t a)
 static void unsubscribing(void *w, uint32_t a)
 {
     (void)a;
-    world_remove_interest(w, 0, CAUSE_INTEREST);
+    world_remove_subscription(w, 0, CAUSE_SUBSCRIPTION);
 }
 
 static void whatever_ends_a_contact_it_ends_once_and_the_cause_is_told(void **state)
@@ -118,13 +118,14 @@ static void whatever_ends_a_contact_it_ends_once_and_the_cause_is_told(void **st
         void (*how)(void *w, uint32_t a);
         event_cause cause;
     } WAYS[] = {{teleport, CAUSE_MOTION}, {removal, CAUSE_REMOVED}, {loss, CAUSE_OWNER_LOST}, {masking, CAUSE_FILTER},
-        {allowing, CAUSE_FILTER}, {resizing, CAUSE_SHAPE}, {renaming, CAUSE_SHAPE}, {unsubscribing, CAUSE_INTEREST}};
+        {allowing, CAUSE_FILTER}, {resizing, CAUSE_SHAPE}, {renaming, CAUSE_SHAPE},
+        {unsubscribing, CAUSE_SUBSCRIPTION}};
     for (size_t i = 0; i < sizeof WAYS / sizeof *WAYS; i++) {
         world *w = scene_world(1, true);
         uint32_t a = scene_sphere(w, "a", 1.5, 1);
         scene_sphere(w, "b", 3, 1);
-        world_interest all = scene_all(WORLD_TOUCH, 0);
-        scene_interest(w, &all);
+        world_subscription all = scene_all(WORLD_TOUCH, 0);
+        scene_subscription(w, &all);
         int64_t contact = scene_tick(w, 1)->events[0].contact;
         WAYS[i].how(w, a);
         const world_batch *b = scene_tick(w, 2);
@@ -146,8 +147,8 @@ static void distances_are_told_within_the_range_only(void **state)
     world *w = scene_world(1, true);
     uint32_t a = scene_sphere(w, "a", 0, 1);
     scene_sphere(w, "b", 5, 1);
-    world_interest near = scene_all(WORLD_DISTANCE, 2);
-    scene_interest(w, &near);
+    world_subscription near = scene_all(WORLD_DISTANCE, 2);
+    scene_subscription(w, &near);
     assert_int_equal(scene_tick(w, 1)->count, 0);
     scene_move(w, a, 1.5, 0);
     const world_batch *b = scene_tick(w, 2);
@@ -174,8 +175,8 @@ static void selectors_decide_who_is_a(void **state)
     scene_sphere(w, "arm", 0, 1);
     scene_sphere(w, "table", 1, 1);
     scene_sphere(w, "chair", 1.5, 1);
-    world_interest def = {.facts = WORLD_TOUCH, .select_a = "table", .select_b = "arm", .tolerance = 1e-9};
-    scene_interest(w, &def);
+    world_subscription def = {.facts = WORLD_TOUCH, .select_a = "table", .select_b = "arm", .tolerance = 1e-9};
+    scene_subscription(w, &def);
     const world_batch *b = scene_tick(w, 1);
     assert_int_equal(b->count, 1);
     assert_string_equal(b->events[0].name_a, "table");
@@ -224,8 +225,8 @@ static void past_its_deadline_a_body_is_unknown_not_free(void **state)
     int64_t t0 = 100LL * SECOND;
     uint32_t a = timed_sphere(w, "a", 0, SECOND, t0);
     scene_sphere(w, "b", 1.5, 1);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     const world_batch *b = scene_tick(w, t0 + SECOND / 4);
     assert_int_equal(b->count, 1);
     assert_int_equal(b->events[0].age_a_ns, SECOND / 4);
@@ -265,8 +266,8 @@ static void a_stale_body_that_is_removed_is_unknown_no_more(void **state)
     (void)state;
     world *w = scene_world(1, true);
     uint32_t a = timed_sphere(w, "a", 0, SECOND, SECOND);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     assert_int_equal(scene_tick(w, 3LL * SECOND)->events[0].kind, EVENT_UNKNOWN);
     world_remove_body(w, a, CAUSE_REMOVED);
@@ -284,8 +285,8 @@ static void what_is_told_is_as_narrow_as_was_asked(void **state)
     world *w = scene_world(1, true);
     uint32_t a = scene_sphere(w, "a", 1.5, 1);
     scene_sphere(w, "b", 3, 1);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     const world_batch *b = scene_tick(w, 1);
     assert_true(b->events[0].hi - b->events[0].lo <= 1e-9);
     scene_move(w, a, 0.95, 0);
@@ -300,12 +301,12 @@ static void only_a_pose_makes_a_stale_body_fresh(void **state)
     (void)state;
     world *w = scene_world(1, true);
     timed_sphere(w, "a", 0, SECOND, 0); /* not stamped: its deadline counts from when it came */
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(w, &all);
     scene_tick(w, SECOND);
     assert_int_equal(scene_tick(w, 3LL * SECOND)->events[0].kind, EVENT_UNKNOWN);
     all.threshold = 0.5;
-    assert_int_equal(world_put_interest(w, &id, &all), WORLD_OK);
+    assert_int_equal(world_put_subscription(w, &id, &all), WORLD_OK);
     const world_batch *b = scene_tick(w, 3LL * SECOND + 1);
     for (size_t i = 0; i < b->count; i++) assert_int_not_equal(b->events[i].kind, EVENT_KNOWN);
     assert_int_equal(world_get_figures(w).stale_bodies, 1);
@@ -317,8 +318,8 @@ static void a_stamp_of_the_future_grows_stale_in_time(void **state)
     (void)state;
     world *w = scene_world(1, true);
     timed_sphere(w, "a", 0, SECOND, 1000LL * SECOND); /* its host's clock is ahead */
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     assert_int_equal(world_get_figures(w).stale_bodies, 0);
     scene_tick(w, 2LL * SECOND);
@@ -342,8 +343,8 @@ static void a_held_body_is_stale_at_once_and_until_its_next_pose(void **state)
     world *w = scene_world(1, true);
     uint32_t a = scene_sphere(w, "a", 0, 1);
     scene_sphere(w, "b", 1.5, 1);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     scene_tick(w, 1);
     world_hold_body(w, a);
     const world_batch *b = scene_tick(w, 2);
@@ -362,9 +363,9 @@ static void a_rate_holds_updates_back_but_loses_none_of_their_ends(void **state)
     world *w = scene_world(1, true);
     uint32_t a = scene_sphere(w, "a", 1.5, 1);
     scene_sphere(w, "b", 3, 1);
-    world_interest slow = scene_all(WORLD_TOUCH, 0);
+    world_subscription slow = scene_all(WORLD_TOUCH, 0);
     slow.period_ns = SECOND;
-    scene_interest(w, &slow);
+    scene_subscription(w, &slow);
     assert_int_equal(scene_tick(w, 10LL * SECOND)->count, 1);
     for (int i = 1; i <= 9; i++) {
         scene_move(w, a, 1.5 + 0.01 * i, 0);
@@ -389,8 +390,8 @@ static void a_snapshot_tells_all_that_is(void **state)
         snprintf(name, sizeof name, "s%d", i);
         scene_sphere(w, name, 1.5 * i, 1);
     }
-    world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 1.5);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 1.5);
+    scene_subscription(w, &all);
     const world_batch *b = scene_tick(w, 1);
     assert_true(b->snapshot);
     assert_int_equal(b->count, 9 + 17); /* neighbours touch, they and the next ones are near */
@@ -429,9 +430,9 @@ static void updates_of_what_has_ended_do_not_pile_up(void **state)
     (void)state;
     const int64_t period = 1000000;
     world *w = scene_world(1, true);
-    world_interest slow = scene_all(WORLD_TOUCH, 0);
+    world_subscription slow = scene_all(WORLD_TOUCH, 0);
     slow.period_ns = period;
-    scene_interest(w, &slow);
+    scene_subscription(w, &slow);
     uint32_t id = scene_sphere(w, "a", 0, 0.5);
     scene_sphere(w, "b", 0.9, 0.5);
     scene_sphere(w, "c", 0.95, 0.5); /* touches b all along */
@@ -461,8 +462,8 @@ static void an_end_tells_how_they_are_then_whatever_their_boxes(void **state)
         world *w = world_create(&o);
         uint32_t a = scene_sphere(w, "a", 0, 1);
         scene_sphere(w, "b", 1.5, 1);
-        world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.5);
-        scene_interest(w, &all);
+        world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.5);
+        scene_subscription(w, &all);
         scene_tick(w, 1);
         scene_move(w, a, -30, 2);
         const world_batch *b = scene_tick(w, 2);

@@ -30,8 +30,8 @@ static uint32_t put(world *w, uint32_t id, actor a)
 static world *watched_world(unsigned facts, double range)
 {
     world *w = scene_world(1, true);
-    world_interest all = scene_all(facts, range);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(facts, range);
+    scene_subscription(w, &all);
     return w;
 }
 
@@ -77,13 +77,13 @@ static void two_way_bodies_must_both_look_and_of_two_hit_boxes_one_is_enough(voi
     }
 }
 
-static void an_interest_s_own_sides_come_before_the_look(void **state)
+static void an_subscription_s_own_sides_come_before_the_look(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
-    world_interest hurt = {
+    world_subscription hurt = {
         .facts = WORLD_TOUCH, .select_a = "arm", .select_b = "*", .tolerance = 1e-9}; /* it wants the arm as A */
-    scene_interest(w, &hurt);
+    scene_subscription(w, &hurt);
     put(w, WORLD_NONE, (actor){"sword", 0, HIT, HURT, true, NULL});
     put(w, WORLD_NONE, (actor){"arm", 1.5, HURT, 0, false, NULL});
     assert_string_equal(scene_tick(w, 1)->events[0].name_a, "arm");
@@ -262,7 +262,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_hit_box_looks_at_hurt_boxes_that_do_not_look_back),
         cmocka_unit_test(two_way_bodies_must_both_look_and_of_two_hit_boxes_one_is_enough),
-        cmocka_unit_test(an_interest_s_own_sides_come_before_the_look),
+        cmocka_unit_test(an_subscription_s_own_sides_come_before_the_look),
         cmocka_unit_test(padding_moves_the_touch_of_the_pairs_of_its_rule_alone),
         cmocka_unit_test(negative_padding_lets_a_pair_sink_in),
         cmocka_unit_test(a_margin_tells_distances_from_farther_away_and_the_larger_rule_counts),

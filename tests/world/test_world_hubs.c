@@ -45,9 +45,9 @@ static void tick(hub *h)
 static void set_up(hub *h, uint64_t slice)
 {
     char name[16];
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     *h = (hub){.w = scene_world(1, true)};
-    scene_interest(h->w, &all);
+    scene_subscription(h->w, &all);
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
     for (int i = 0; i < PARTNERS; i++) {
         snprintf(name, sizeof name, "b%d", i);
@@ -169,9 +169,9 @@ static void tick_plenty(plenty *h)
 static void set_up_plenty(plenty *h, unsigned workers)
 {
     char name[16];
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     *h = (plenty){.w = scene_world(workers, true)};
-    scene_interest(h->w, &all);
+    scene_subscription(h->w, &all);
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
     for (int i = 0; i < MANY; i++) {
         snprintf(name, sizeof name, "b%d", i);
@@ -258,11 +258,11 @@ static void set_up_crowd(crowd *c, uint64_t slice)
 {
     char name[16];
     world_options o = world_options_default();
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     o.workers = 1;
     o.max_pairs = MOST;
     *c = (crowd){.w = world_create(&o)};
-    scene_interest(c->w, &all);
+    scene_subscription(c->w, &all);
     for (int i = 0; i < CROWD; i++) {
         snprintf(name, sizeof name, "b%d", i);
         c->balls[i] = scene_sphere(c->w, name, 1e-3 * i, 1);

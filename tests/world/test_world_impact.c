@@ -1,4 +1,4 @@
-/* What bodies did on their way between two ticks, and what is foretold of them; teleports. */
+/* What bodies did on their way between two ticks, and what is predicted of them; teleports. */
 #include "scene.h"
 
 #include <math.h>
@@ -43,9 +43,10 @@ static void move_to(world *w, uint32_t id, double x, int64_t stamp_ns)
     assert_int_equal(world_move_body(w, id, (pose){{x, 0, 0}, {1, 0, 0, 0}}, stamp_ns, NULL, NULL), WORLD_OK);
 }
 
-static world_interest impacts(unsigned facts, double horizon)
+static world_subscription impacts(unsigned facts, double horizon)
 {
-    return (world_interest){.facts = facts, .select_a = "*", .select_b = "*", .tolerance = 1e-9, .horizon = horizon};
+    return (world_subscription){
+        .facts = facts, .select_a = "*", .select_b = "*", .tolerance = 1e-9, .horizon = horizon};
 }
 
 static const world_event *only(const world_batch *b, uint8_t kind)
@@ -63,8 +64,8 @@ static void a_bullet_meets_the_wall_that_it_flies_through(void **state)
     world *w = scene_world(1, true);
     uint32_t bullet = ball(w, "bullet", vec(-1, 0, 0), 0.1, WORLD_CCD_FULL);
     wall(w);
-    world_interest all = impacts(WORLD_IMPACT | WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_IMPACT | WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     move_to(w, bullet, 1, SECOND + SECOND / 10);
     const world_event *e = only(scene_tick(w, SECOND + SECOND / 10), EVENT_IMPACT);
@@ -88,22 +89,22 @@ static void nobody_sweeps_what_nobody_asked_for(void **state)
     uint32_t bullet = ball(w, "bullet", vec(-1, 0, 0), 0.1, WORLD_CCD_FULL);
     uint32_t slug = ball(w, "slug", vec(-1, 2, 0), 0.1, WORLD_CCD_OFF);
     wall(w);
-    world_interest touch = impacts(WORLD_TOUCH, 0);
-    uint32_t id = scene_interest(w, &touch);
+    world_subscription touch = impacts(WORLD_TOUCH, 0);
+    uint32_t id = scene_subscription(w, &touch);
     scene_tick(w, SECOND);
     move_to(w, bullet, 1, 2 * (int64_t)SECOND);
     assert_null(scene_tick(w, 2 * (int64_t)SECOND));
     assert_true(world_get_figures(w).sweeps == 0);
 
     touch.facts = WORLD_IMPACT;
-    assert_int_equal(world_put_interest(w, &id, &touch), WORLD_OK);
+    assert_int_equal(world_put_subscription(w, &id, &touch), WORLD_OK);
     pose across = {{1, 2, 0}, {1, 0, 0, 0}};
     assert_int_equal(world_move_body(w, slug, across, 3 * (int64_t)SECOND, NULL, NULL), WORLD_OK);
     const world_batch *b = scene_tick(w, 3 * (int64_t)SECOND);
     assert_int_equal(b->count, 0); /* the snapshot: the slug is OFF */
     world_figures f = world_get_figures(w);
     assert_true(f.sweeps == 0 && f.narrow_queries == 0);
-    assert_true(f.rungs[RUNG_UNASKED] > 0);
+    assert_true(f.stages[STAGE_UNASKED] > 0);
     world_destroy(w);
 }
 
@@ -126,8 +127,8 @@ static void given_velocities_tell_whole_turns(void **state)
         uint32_t id = WORLD_NONE;
         assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
         ball(w, "post", vec(0.9, 0, 0), 0.05, WORLD_CCD_OFF);
-        world_interest all = impacts(WORLD_IMPACT, 0);
-        scene_interest(w, &all);
+        world_subscription all = impacts(WORLD_IMPACT, 0);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         double half = 0.05; /* 0.1 rad about y are seen, 2 pi more are not */
         vec3 still = VEC_ZERO, spin = {0, 10 * (2 * 3.14159265358979 + 2 * half), 0};
@@ -142,26 +143,26 @@ static void given_velocities_tell_whole_turns(void **state)
     }
 }
 
-static void what_will_meet_is_foretold_and_averted(void **state)
+static void what_will_meet_is_predicted_and_averted(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
     uint32_t a = ball(w, "a", vec(-3, 0, 0), 0.5, WORLD_CCD_OFF);
     ball(w, "b", vec(3, 0, 0), 0.5, WORLD_CCD_OFF);
-    world_interest all = impacts(WORLD_FORETELL, 2);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_PREDICT, 2);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     vec3 fast = {4, 0, 0}, slow = {0.1, 0, 0};
     pose at = {{-3, 0, 0}, {1, 0, 0, 0}};
     world_move_body(w, a, at, 2 * (int64_t)SECOND, &fast, NULL);
-    const world_event *e = only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_FORETOLD);
+    const world_event *e = only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_PREDICTED);
     assert_true(e->impact.lo <= 1.25 && e->impact.hi >= 1.25 && e->impact.hi - e->impact.lo < 1e-8);
     assert_true(e->impact.start_ns == 2 * (int64_t)SECOND && !e->impact.estimated && fabs(e->closing - 4) < 1e-9);
     int64_t contact = e->contact;
 
     at.p.x = -1;
     world_move_body(w, a, at, 5 * (int64_t)SECOND / 2, NULL, NULL); /* 2 m in half a second: estimated */
-    e = only(scene_tick(w, 5 * (int64_t)SECOND / 2), EVENT_FORETOLD);
+    e = only(scene_tick(w, 5 * (int64_t)SECOND / 2), EVENT_PREDICTED);
     assert_true(e->contact == contact && e->impact.estimated);
     assert_true(e->impact.lo <= 0.75 && e->impact.hi >= 0.75 && e->impact.hi - e->impact.lo < 1e-8);
 
@@ -178,14 +179,14 @@ static void poses_of_different_age_are_carried_on(void **state)
     (void)state;
     world *w = scene_world(1, true);
     uint32_t a = ball(w, "a", vec(-3, 0, 0), 0.5, WORLD_CCD_OFF), b = ball(w, "b", vec(3, 0, 0), 0.5, WORLD_CCD_OFF);
-    world_interest all = impacts(WORLD_FORETELL, 2);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_PREDICT, 2);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     vec3 fast = {4, 0, 0};
     world_move_body(w, a, (pose){{-3, 0, 0}, {1, 0, 0, 0}}, 2 * (int64_t)SECOND, &fast, NULL);
-    only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_FORETOLD);
+    only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_PREDICTED);
     world_move_body(w, b, (pose){{3, 0, 0}, {1, 0, 0, 0}}, 5 * (int64_t)SECOND / 2, &VEC_ZERO, NULL);
-    const world_event *e = only(scene_tick(w, 5 * (int64_t)SECOND / 2), EVENT_FORETOLD);
+    const world_event *e = only(scene_tick(w, 5 * (int64_t)SECOND / 2), EVENT_PREDICTED);
     assert_true(e->impact.start_ns == 5 * (int64_t)SECOND / 2);
     assert_true(e->impact.lo <= 0.75 && e->impact.hi >= 0.75 && e->impact.hi - e->impact.lo < 1e-8);
     world_move_body(w, b, (pose){{3, 0, 0}, {1, 0, 0, 0}}, 5 * (int64_t)SECOND, &VEC_ZERO, NULL);
@@ -194,7 +195,7 @@ static void poses_of_different_age_are_carried_on(void **state)
 }
 
 /* At rest, 4 m apart, but free to accelerate by 2 m/s^2: they may meet after 2 s. */
-static void stated_accelerations_are_foretold_for(void **state)
+static void stated_accelerations_are_predicted_for(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
@@ -211,15 +212,15 @@ static void stated_accelerations_are_foretold_for(void **state)
     uint32_t id = WORLD_NONE;
     assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     ball(w, "b", vec(5, 0, 0), 0.5, WORLD_CCD_OFF);
-    world_interest all = impacts(WORLD_FORETELL, 1.9);
-    uint32_t interest = scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_PREDICT, 1.9);
+    uint32_t subscription = scene_subscription(w, &all);
     assert_int_equal(scene_tick(w, SECOND)->count, 0);
     all.horizon = 2.1;
-    assert_int_equal(world_put_interest(w, &interest, &all), WORLD_OK);
+    assert_int_equal(world_put_subscription(w, &subscription, &all), WORLD_OK);
     world_move_body(w, id, POSE_IDENTITY, SECOND + 1, NULL, NULL);
     world_batches out;
     world_tick(w, SECOND + 1, &out);
-    const world_event *e = only(&out.at[0], EVENT_FORETOLD);
+    const world_event *e = only(&out.at[0], EVENT_PREDICTED);
     assert_true(e->impact.lo <= 2 && e->impact.lo > 1.9999 && isinf(e->impact.hi));
     world_destroy(w);
 }
@@ -231,8 +232,8 @@ static void a_teleport_ends_and_begins_and_is_not_swept(void **state)
     uint32_t a = ball(w, "a", vec(-0.1, 0, 0), 0.1, WORLD_CCD_FULL);
     wall(w);
     ball(w, "c", vec(3, 0, 0), 0.1, WORLD_CCD_OFF);
-    world_interest all = impacts(WORLD_IMPACT | WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_IMPACT | WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     pose there = {{2.9, 0, 0}, {1, 0, 0, 0}};
     assert_int_equal(world_teleport_body(w, a, there, 2 * (int64_t)SECOND, NULL, NULL), WORLD_OK);
@@ -250,20 +251,20 @@ static void a_teleport_ends_and_begins_and_is_not_swept(void **state)
     world_destroy(w);
 }
 
-static void a_snapshot_tells_what_is_foretold(void **state)
+static void a_snapshot_tells_what_is_predicted(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
     uint32_t a = ball(w, "a", vec(-3, 0, 0), 0.5, WORLD_CCD_OFF);
     ball(w, "b", vec(3, 0, 0), 0.5, WORLD_CCD_OFF);
-    world_interest all = impacts(WORLD_FORETELL, 2);
-    uint32_t id = scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_PREDICT, 2);
+    uint32_t id = scene_subscription(w, &all);
     vec3 fast = {4, 0, 0};
     scene_tick(w, SECOND);
     world_move_body(w, a, (pose){{-3, 0, 0}, {1, 0, 0, 0}}, 2 * (int64_t)SECOND, &fast, NULL);
-    int64_t contact = only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_FORETOLD)->contact;
+    int64_t contact = only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_PREDICTED)->contact;
     world_want_snapshot(w, id);
-    const world_event *e = only(scene_tick(w, 3 * (int64_t)SECOND), EVENT_FORETOLD);
+    const world_event *e = only(scene_tick(w, 3 * (int64_t)SECOND), EVENT_PREDICTED);
     assert_true(e->cause == CAUSE_SNAPSHOT && e->contact == contact);
     assert_int_equal(world_remove_body(w, a, CAUSE_REMOVED), WORLD_OK);
     e = only(scene_tick(w, 4 * (int64_t)SECOND), EVENT_AVERTED);
@@ -290,8 +291,8 @@ static uint64_t fly(unsigned workers, bool caches, uint64_t *sweeps)
         name[2] = 0;
         ids[i] = ball(w, name, at[i], 0.1, (world_ccd)(i % 3));
     }
-    world_interest all = impacts(WORLD_IMPACT | WORLD_TOUCH | WORLD_FORETELL, 0.5);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_IMPACT | WORLD_TOUCH | WORLD_PREDICT, 0.5);
+    scene_subscription(w, &all);
     for (int t = 1; t <= TICKS; t++) {
         for (int i = 0; i < BODIES; i++) {
             double c[3];
@@ -348,8 +349,8 @@ static uint64_t fly_by(bool caches, world_figures *f)
         assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
         if (i % 2 == 0) ids[i / 2] = id;
     }
-    world_interest all = impacts(WORLD_FORETELL, 1);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_PREDICT, 1);
+    scene_subscription(w, &all);
     for (int t = 1; t <= TICKS; t++) {
         for (int i = 0; i < PAIRS; i++) {
             pose at = world_body_pose(w, ids[i]);
@@ -371,7 +372,7 @@ static void an_axis_that_kept_them_apart_spares_the_next_search(void **state)
     (void)state;
     world_figures with, without;
     assert_true(fly_by(true, &with) == fly_by(false, &without));
-    assert_true(with.sweeps == without.sweeps && with.foretold > 0 && with.foretold < 20);
+    assert_true(with.sweeps == without.sweeps && with.predicted > 0 && with.predicted < 20);
     assert_true(with.sweeps_by_axis > without.sweeps_by_axis);
     assert_true(2 * with.sweep_queries < without.sweep_queries);
 }
@@ -415,8 +416,8 @@ static void stamps_may_be_ages_apart(void **state)
         uint32_t id = WORLD_NONE;
         assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     }
-    world_interest all = impacts(WORLD_IMPACT, 0);
-    scene_interest(w, &all);
+    world_subscription all = impacts(WORLD_IMPACT, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     move_to(w, world_find_body(w, "a"), 6, INT64_MAX);
     const world_event *e = only(scene_tick(w, SECOND + 1), EVENT_IMPACT);
@@ -431,11 +432,11 @@ int main(void)
         cmocka_unit_test(a_bullet_meets_the_wall_that_it_flies_through),
         cmocka_unit_test(nobody_sweeps_what_nobody_asked_for),
         cmocka_unit_test(given_velocities_tell_whole_turns),
-        cmocka_unit_test(what_will_meet_is_foretold_and_averted),
+        cmocka_unit_test(what_will_meet_is_predicted_and_averted),
         cmocka_unit_test(poses_of_different_age_are_carried_on),
-        cmocka_unit_test(stated_accelerations_are_foretold_for),
+        cmocka_unit_test(stated_accelerations_are_predicted_for),
         cmocka_unit_test(a_teleport_ends_and_begins_and_is_not_swept),
-        cmocka_unit_test(a_snapshot_tells_what_is_foretold),
+        cmocka_unit_test(a_snapshot_tells_what_is_predicted),
         cmocka_unit_test(impacts_do_not_depend_on_workers_or_caches),
         cmocka_unit_test(an_axis_that_kept_them_apart_spares_the_next_search),
         cmocka_unit_test(a_sweep_query_tells_what_would_be_met),

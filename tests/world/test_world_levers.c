@@ -54,8 +54,8 @@ static void answers_hold_what_the_bodies_poses_say(void **state)
     uint64_t seed = 5;
     for (int round = 0; round < 40; round++) {
         world *w = scene_world(1, round % 2);
-        world_interest all = scene_all(WORLD_DISTANCE | WORLD_TOUCH, 5);
-        scene_interest(w, &all);
+        world_subscription all = scene_all(WORLD_DISTANCE | WORLD_TOUCH, 5);
+        scene_subscription(w, &all);
         double arm = ARMS[round % 4], radius = 0.05;
         pose local_a = {somewhere(&seed, arm), turned(&seed)}, local_b = {somewhere(&seed, arm), turned(&seed)};
         shape ball = {.type = SHAPE_SPHERE, .radius = radius};

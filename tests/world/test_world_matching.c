@@ -1,6 +1,6 @@
-/* Matching: compiled patterns, sets of them and rule sets against the plain ones; whole worlds of changing interests,
- * bodies, groups and rules against a comparison of all with all; cut into slices, saved and restored in the middle of
- * one; and what 100,000 interests cost. */
+/* Matching: compiled patterns, sets of them and rule sets against the plain ones; whole worlds of changing
+ * subscriptions, bodies, groups and rules against a comparison of all with all; cut into slices, saved and restored in
+ * the middle of one; and what 100,000 subscriptions cost. */
 #include "base/bytes.h"
 #include "plain_filter.h"
 #include "scene.h"
@@ -239,8 +239,8 @@ static void bodies_with_the_same_rules_share_one_set(void **state)
     world *w = scene_world(1, true);
     static const char *const TEXTS[] = {"b1*", "b2*", "*7", "group:x"};
     filter_rule rules[4];
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     for (int i = 0; i < 4; i++) rules[i] = (filter_rule){.pattern = TEXTS[i], .allow = true, .reason = ""};
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
     for (int i = 0; i < 50; i++) {
@@ -283,7 +283,7 @@ typedef struct wish {
 } wish;
 
 typedef struct told { /* contacts that stand, as one who hears everything knows them */
-    uint32_t interest;
+    uint32_t subscription;
     char a[16], b[16];
 } told;
 
@@ -297,21 +297,21 @@ typedef struct play {
     size_t partly; /* ticks with something undone */
 } play;
 
-static size_t find_standing(const play *p, uint32_t interest, const char *a, const char *b)
+static size_t find_standing(const play *p, uint32_t subscription, const char *a, const char *b)
 {
     for (size_t i = 0; i < p->standing.count; i++) {
         const told *t = &p->standing.at[i];
         bool same = (strcmp(t->a, a) == 0 && strcmp(t->b, b) == 0) || (strcmp(t->a, b) == 0 && strcmp(t->b, a) == 0);
-        if (t->interest == interest && same) return i;
+        if (t->subscription == subscription && same) return i;
     }
     return SIZE_MAX;
 }
 
-static void hear(play *p, uint32_t interest, const world_event *e)
+static void hear(play *p, uint32_t subscription, const world_event *e)
 {
-    size_t at = find_standing(p, interest, e->name_a, e->name_b);
+    size_t at = find_standing(p, subscription, e->name_a, e->name_b);
     if (e->kind == EVENT_BEGIN) {
-        told t = {.interest = interest};
+        told t = {.subscription = subscription};
         assert_int_equal(at, SIZE_MAX);
         snprintf(t.a, sizeof t.a, "%s", e->name_a);
         snprintf(t.b, sizeof t.b, "%s", e->name_b);
@@ -327,14 +327,14 @@ static void hear_snapshot(play *p, const world_batch *b)
 {
     size_t standing = 0, begun = 0;
     assert_int_equal(b->undone, 0);
-    for (size_t i = 0; i < p->standing.count; i++) standing += p->standing.at[i].interest == b->interest;
+    for (size_t i = 0; i < p->standing.count; i++) standing += p->standing.at[i].subscription == b->subscription;
     for (size_t i = 0; i < b->count; i++) {
         begun += b->events[i].kind == EVENT_BEGIN;
-        assert_int_not_equal(find_standing(p, b->interest, b->events[i].name_a, b->events[i].name_b), SIZE_MAX);
+        assert_int_not_equal(find_standing(p, b->subscription, b->events[i].name_a, b->events[i].name_b), SIZE_MAX);
     }
     assert_int_equal(begun, standing);
     for (int i = 0; i < WISHES; i++)
-        if (p->wishes[i].id == b->interest) p->wishes[i].snapshot = true;
+        if (p->wishes[i].id == b->subscription) p->wishes[i].snapshot = true;
 }
 
 static void tick(play *p)
@@ -345,7 +345,7 @@ static void tick(play *p)
     for (size_t i = 0; i < out.count; i++) {
         undone |= out.at[i].undone > 0;
         for (size_t k = 0; !out.at[i].snapshot && k < out.at[i].count; k++)
-            hear(p, out.at[i].interest, &out.at[i].events[k]);
+            hear(p, out.at[i].subscription, &out.at[i].events[k]);
         if (out.at[i].snapshot) hear_snapshot(p, &out.at[i]);
     }
     p->partly += undone;
@@ -445,8 +445,8 @@ static void change_wish(play *p)
 {
     wish *i = &p->wishes[below(WISHES)];
     if (i->id != WORLD_NONE && below(3) == 0) {
-        world_remove_interest(p->w, i->id, CAUSE_INTEREST);
-        if (p->copy) world_remove_interest(p->copy, i->id, CAUSE_INTEREST);
+        world_remove_subscription(p->w, i->id, CAUSE_SUBSCRIPTION);
+        if (p->copy) world_remove_subscription(p->copy, i->id, CAUSE_SUBSCRIPTION);
         i->id = WORLD_NONE;
         return;
     }
@@ -455,15 +455,15 @@ static void change_wish(play *p)
         snprintf(i->b, sizeof i->b, "%s", below(2) ? "*" : p->wishes[below(WISHES)].a);
     else
         draw_pattern(i->b, 4);
-    world_interest def = {.facts = WORLD_TOUCH,
+    world_subscription def = {.facts = WORLD_TOUCH,
         .select_a = i->a,
         .select_b = i->b,
         .threshold = below(2) ? 0 : 0.5,
         .tolerance = below(2) ? 1e-6 : 0,
         .relative_tolerance = 1e-4};
     uint32_t same = i->id;
-    assert_int_equal(world_put_interest(p->w, &i->id, &def), WORLD_OK);
-    if (p->copy) assert_int_equal(world_put_interest(p->copy, &same, &def), WORLD_OK);
+    assert_int_equal(world_put_subscription(p->w, &i->id, &def), WORLD_OK);
+    if (p->copy) assert_int_equal(world_put_subscription(p->copy, &same, &def), WORLD_OK);
     if (p->copy) assert_int_equal(same, i->id);
     i->snapshot = false;
 }
@@ -526,8 +526,8 @@ static void cut_into_slices_it_is_the_same_in_the_end_and_says_so_until_then(voi
 
 static uint32_t want(world *w, const char *a, const char *b)
 {
-    world_interest def = {.facts = WORLD_TOUCH, .select_a = a, .select_b = b, .tolerance = 1e-6};
-    return scene_interest(w, &def);
+    world_subscription def = {.facts = WORLD_TOUCH, .select_a = a, .select_b = b, .tolerance = 1e-6};
+    return scene_subscription(w, &def);
 }
 
 static double longest_ms;
@@ -547,8 +547,8 @@ static size_t settle(world *w, int64_t *now)
     return events;
 }
 
-/* Of 1,000 clients, each with links that touch each other and interests in its own. */
-static void a_hundred_thousand_interests_cost_what_they_match(void **state)
+/* Of 1,000 clients, each with links that touch each other and subscriptions in its own. */
+static void a_hundred_thousand_subscriptions_cost_what_they_match(void **state)
 {
     (void)state;
     enum { CLIENTS = 1000, LINKS = 3, EACH = 100 };
@@ -565,7 +565,8 @@ static void a_hundred_thousand_interests_cost_what_they_match(void **state)
         snprintf(b, sizeof b, i / CLIENTS % 2 ? "*" : "c%d/%d", i % CLIENTS, i / CLIENTS % LINKS);
         want(w, a, b);
     }
-    /* Two pairs touch at each client; each of its interests with "*" is told of both, the others of those with theirs.
+    /* Two pairs touch at each client; each of its subscriptions with "*" is told of both, the others of those with
+     * theirs.
      */
     size_t of_one = 0;
     for (int i = 0; i < EACH; i++) of_one += i % 2 ? 2 : i % LINKS == 1 ? 2 : 1;
@@ -577,11 +578,11 @@ static void a_hundred_thousand_interests_cost_what_they_match(void **state)
     scene_move(w, world_find_body(w, "c77/0"), 770.1, 0);
     settle(w, &now);
     assert_true(w->lively.count <= EACH); /* those of its client alone */
-    for (uint32_t i = 0; i < CLIENTS * EACH; i++) world_remove_interest(w, i, CAUSE_INTEREST);
+    for (uint32_t i = 0; i < CLIENTS * EACH; i++) world_remove_subscription(w, i, CAUSE_SUBSCRIPTION);
     assert_int_equal(settle(w, &now), CLIENTS * of_one); /* each has its end */
     settle(w, &now);
     assert_int_equal(w->match.selectors.count - w->match.selector_ids.taken, w->match.selectors.count); /* all gone */
-    assert_int_equal(world_get_figures(w).interests, 0);
+    assert_int_equal(world_get_figures(w).subscriptions, 0);
     assert_null(world_validate(w));
     world_destroy(w);
 }
@@ -590,7 +591,7 @@ static void a_hundred_thousand_interests_cost_what_they_match(void **state)
 static void wildcards_over_many_bodies_hold_no_tick(void **state)
 {
     (void)state;
-    enum { MANY = 5000, INTERESTS = 400 };
+    enum { MANY = 5000, SUBSCRIPTIONS = 400 };
     world *w = scene_world(1, true);
     int64_t now = 0;
     char text[128];
@@ -600,7 +601,7 @@ static void wildcards_over_many_bodies_hold_no_tick(void **state)
         scene_sphere(w, text, 3.0 * i, 1);
     }
     settle(w, &now);
-    for (int i = 0; i < INTERESTS; i++) {
+    for (int i = 0; i < SUBSCRIPTIONS; i++) {
         memset(text, 'a', 60);
         text[0] = '*';
         snprintf(text + 50, 60, "ab*%d*", i);
@@ -642,14 +643,14 @@ static void bodies_that_many_patterns_are_tried_against_wait(void **state)
         world_tick(w, ++now, &out);
         assert_true(world_changed(w) == (w->match.unmatched.count > 0));
         for (size_t i = 0; i < out.count; i++) {
-            if (out.at[i].interest != all) continue;
+            if (out.at[i].subscription != all) continue;
             undone |= out.at[i].undone > 0;
             begun += out.at[i].count;
         }
     }
     assert_true(undone);
     assert_int_equal(begun, PUT - 1);
-    assert_int_equal(w->told_in_common, 0);
+    assert_int_equal(w->reported_in_common, 0);
     world_destroy(w);
 }
 
@@ -760,7 +761,7 @@ int main(void)
         cmocka_unit_test(bodies_with_the_same_rules_share_one_set),
         cmocka_unit_test(what_is_told_is_what_is_wanted_of_all_with_all),
         cmocka_unit_test(cut_into_slices_it_is_the_same_in_the_end_and_says_so_until_then),
-        cmocka_unit_test(a_hundred_thousand_interests_cost_what_they_match),
+        cmocka_unit_test(a_hundred_thousand_subscriptions_cost_what_they_match),
         cmocka_unit_test(wildcards_over_many_bodies_hold_no_tick),
         cmocka_unit_test(bodies_that_many_patterns_are_tried_against_wait),
         cmocka_unit_test(rules_are_held_against_names_in_slices),

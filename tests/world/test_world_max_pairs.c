@@ -18,12 +18,12 @@ typedef struct crowd {
 static void set_up(crowd *c, size_t max_pairs, unsigned workers)
 {
     world_options o = world_options_default();
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     *c = (crowd){0};
     o.max_pairs = max_pairs;
     o.workers = workers;
     c->w = world_create(&o);
-    scene_interest(c->w, &all);
+    scene_subscription(c->w, &all);
     for (int i = 0; i < BALLS; i++) {
         char name[8] = {'b', (char)('a' + i)};
         c->balls[i] = scene_sphere(c->w, name, 10.0 * i, 1);
@@ -205,14 +205,14 @@ static void who_floods_leaves_room(uint64_t slice, unsigned workers, bool memory
 {
     enum { CROWD = 60, LIMIT = 200, OPEN = 150, SHARE = 3 };
     world_options o = world_options_default();
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     told t = {0}, again = {0};
     int64_t now = 1;
     o.max_pairs = memory ? 0 : LIMIT;
     o.workers = workers;
     world *w = world_create(&o);
     if (memory) world_set_pairs_most(w, LIMIT); /* then the boxes' pairs are few, too */
-    scene_interest(w, &all);
+    scene_subscription(w, &all);
     hear_of_all(w, now++, &t);
     world_set_slice(w, slice);
     for (int i = 0; i < CROWD; i++) put_ball(w, 1, i, 0.001 * i, 0);
@@ -271,9 +271,9 @@ static void give_back(uint64_t slice, int moves, size_t limit)
     size_t most = 0;
     for (int k = 0; k < 2; k++) {
         world_options o = world_options_default();
-        world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.1);
+        world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.1);
         w[k] = world_create(&o);
-        scene_interest(w[k], &all);
+        scene_subscription(w[k], &all);
         for (int i = 0; i < HEAP; i++) {
             char name[16];
             snprintf(name, sizeof name, "b%d", i);

@@ -56,8 +56,8 @@ static void a_box_in_the_hollow_of_a_trough_does_not_touch_it(void **state)
     world *w = scene_world(1, true);
     uint32_t a = put(w, "trough", shape_of(m), VEC_ZERO);
     uint32_t b = put(w, "box", (shape){.type = SHAPE_BOX, .half = {0.5, 0.5, 0.5}}, vec(0, 0, 0));
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     assert_int_equal(count_events(scene_tick(w, 0), EVENT_BEGIN), 0);
     world_hits hits = {0};
     world_query_distance(w, a, b, 1e-9, 0, &hits);
@@ -79,8 +79,8 @@ static void a_ball_passes_through_a_solid_in_one_contact(void **state)
         world *w = scene_world(workers, true);
         put(w, "trough", shape_of(m), VEC_ZERO);
         uint32_t ball = put(w, "ball", (shape){.type = SHAPE_SPHERE, .radius = 0.02}, vec(0.875, 0, 2));
-        world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD, 0);
-        scene_interest(w, &all);
+        world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD, 0);
+        scene_subscription(w, &all);
         size_t begins = 0, ends = 0, touching = 0;
         for (int k = 0; k <= 400; k++) { /* down inside of the wall, nowhere near a surface for most of the way */
             world_move_body(w, ball, (pose){{0.875, 0, 2 - 0.01 * k}, {1, 0, 0, 0}}, 0, NULL, NULL);
@@ -143,8 +143,8 @@ static void a_needle_is_met_by_contacts_rays_and_casts(void **state)
     assert_int_equal(mesh_build(POINTS, 7, CORNERS, 6, &needle), MESH_OK);
     world *w = scene_world(1, true);
     uint32_t a = put(w, "trough", shape_of(m), VEC_ZERO), b = put(w, "needle", shape_of(needle), vec(0.6, 0, 0.5));
-    world_interest all = scene_all(WORLD_TOUCH | WORLD_MANIFOLD, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH | WORLD_MANIFOLD, 0);
+    scene_subscription(w, &all);
     assert_int_equal(count_events(scene_tick(w, 0), EVENT_BEGIN), 0);
     world_move_body(w, b, (pose){{0.875, 0, 0.5}, {1, 0, 0, 0}}, 0, NULL, NULL); /* wholly in the wall */
     const world_batch *batch = scene_tick(w, 0);

@@ -1,6 +1,6 @@
 /* Answers belong to names. The same bodies and the same steps, announced in other orders, by way of bodies that came
- * and went before, and asked for by interests in another order, bring the same events, bit for bit: ids, which follow
- * from the order of announcement, only decide in which order the events of a tick are told and how contacts are
+ * and went before, and asked for by subscriptions in another order, bring the same events, bit for bit: ids, which
+ * follow from the order of announcement, only decide in which order the events of a tick are told and how contacts are
  * numbered. Many shapes are equal to others, so that nothing but their names tells which of a pair is A. */
 #include "scene.h"
 
@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { BODIES = 44, KINDS = 11, SHAPES_MAX = 3, INTERESTS = 9, LINE = 1400, QUERIES = 7 };
+enum { BODIES = 44, KINDS = 11, SHAPES_MAX = 3, SUBSCRIPTIONS = 9, LINE = 1400, QUERIES = 7 };
 static const int64_t STEP_NS = 20000000;
 
 static uint64_t next(uint64_t *r) /* splitmix64 */
@@ -93,14 +93,14 @@ static shape shape_of(int kind)
 /* ---- what happens, by names ---- */
 
 typedef struct plan { /* of a run: in which order things are announced */
-    int bodies[BODIES], interests[INTERESTS];
+    int bodies[BODIES], subscriptions[SUBSCRIPTIONS];
     bool came_before[BODIES]; /* there was another one of that name, which has gone */
 } plan;
 
 typedef struct run {
     world *w;
-    uint32_t ids[BODIES], interest_ids[INTERESTS];
-    int interest_of[64]; /* by id */
+    uint32_t ids[BODIES], subscription_ids[SUBSCRIPTIONS];
+    int subscription_of[64]; /* by id */
     vec3 at[BODIES], velocity[BODIES], spin[BODIES];
     quat turned[BODIES];
     int64_t now_ns;
@@ -146,7 +146,7 @@ static void put(run *r, int i, bool other)
     assert_int_equal(world_put_body(r->w, &r->ids[i], &def), WORLD_OK);
 }
 
-static const world_interest WANTED[INTERESTS] = {
+static const world_subscription WANTED[SUBSCRIPTIONS] = {
     {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-9},
     {.facts = WORLD_TOUCH | WORLD_MANIFOLD,
         .select_a = "*",
@@ -155,7 +155,7 @@ static const world_interest WANTED[INTERESTS] = {
         .relative_tolerance = 1e-6},
     {.facts = WORLD_DISTANCE, .select_a = "group:even", .select_b = "*", .range = 0.3, .tolerance = 1e-6},
     {.facts = WORLD_IMPACT, .select_a = "*", .select_b = "*", .tolerance = 1e-5},
-    {.facts = WORLD_FORETELL, .select_a = "*", .select_b = "group:odd", .tolerance = 1e-4, .horizon = 0.2},
+    {.facts = WORLD_PREDICT, .select_a = "*", .select_b = "group:odd", .tolerance = 1e-4, .horizon = 0.2},
     {.facts = WORLD_TOUCH | WORLD_DISTANCE,
         .select_a = "b1*",
         .select_b = "*",
@@ -209,8 +209,8 @@ static char *new_line(run *r, int64_t contact)
 static void tell(run *r, const world_batch *b, const world_event *e)
 {
     char *line = new_line(r, e->contact);
-    int at = add(line, 0, "%d %d kind %d cause %d achieved %d %s/%d %s/%d", r->interest_of[b->interest], b->snapshot,
-        e->kind, e->cause, e->achieved, e->name_a, e->shape_a, e->name_b, e->shape_b);
+    int at = add(line, 0, "%d %d kind %d cause %d achieved %d %s/%d %s/%d", r->subscription_of[b->subscription],
+        b->snapshot, e->kind, e->cause, e->achieved, e->name_a, e->shape_a, e->name_b, e->shape_b);
     at = add(line, at, " %a %a", e->lo, e->hi);
     at = add_vec(line, at, e->axis);
     at = add_vec(line, at, e->point_a);
@@ -222,7 +222,7 @@ static void tell(run *r, const world_batch *b, const world_event *e)
         at = add_vec(line, at, p->point);
         at = add(line, at, " %a %llx", p->distance, (unsigned long long)p->feature);
     }
-    if (e->kind != EVENT_IMPACT && e->kind != EVENT_FORETOLD) return;
+    if (e->kind != EVENT_IMPACT && e->kind != EVENT_PREDICTED) return;
     at = add(line, at, " impact %a %a %lld %d", e->impact.lo, e->impact.hi, (long long)e->impact.start_ns,
         e->impact.estimated);
     at = add_pose(line, at, e->impact.pose_a);
@@ -317,11 +317,11 @@ static void begin(run *r, const plan *p)
         put(r, p->bodies[n], false);
         if (n % 8 == 7) world_tick(r->w, r->now_ns, &(world_batches){.at = NULL});
     }
-    for (int n = 0; n < INTERESTS; n++) {
-        int i = p->interests[n];
-        r->interest_ids[i] = WORLD_NONE;
-        assert_int_equal(world_put_interest(r->w, &r->interest_ids[i], &WANTED[i]), WORLD_OK);
-        r->interest_of[r->interest_ids[i]] = i;
+    for (int n = 0; n < SUBSCRIPTIONS; n++) {
+        int i = p->subscriptions[n];
+        r->subscription_ids[i] = WORLD_NONE;
+        assert_int_equal(world_put_subscription(r->w, &r->subscription_ids[i], &WANTED[i]), WORLD_OK);
+        r->subscription_of[r->subscription_ids[i]] = i;
     }
     tick(r);
 }
@@ -402,16 +402,16 @@ static plan shuffled(uint64_t *r)
 {
     plan p;
     for (int i = 0; i < BODIES; i++) p.bodies[i] = i, p.came_before[i] = next(r) % 3 == 0;
-    for (int i = 0; i < INTERESTS; i++) p.interests[i] = i;
+    for (int i = 0; i < SUBSCRIPTIONS; i++) p.subscriptions[i] = i;
     for (int i = BODIES - 1; i > 0; i--) {
         int k = (int)(next(r) % (uint64_t)(i + 1)), was = p.bodies[i];
         p.bodies[i] = p.bodies[k];
         p.bodies[k] = was;
     }
-    for (int i = INTERESTS - 1; i > 0; i--) {
-        int k = (int)(next(r) % (uint64_t)(i + 1)), was = p.interests[i];
-        p.interests[i] = p.interests[k];
-        p.interests[k] = was;
+    for (int i = SUBSCRIPTIONS - 1; i > 0; i--) {
+        int k = (int)(next(r) % (uint64_t)(i + 1)), was = p.subscriptions[i];
+        p.subscriptions[i] = p.subscriptions[k];
+        p.subscriptions[k] = was;
     }
     return p;
 }
@@ -434,7 +434,7 @@ static void events_belong_to_names_and_not_to_the_order_of_announcement(void **s
         uint64_t random = 100 + (uint64_t)n;
         plan plain, other = shuffled(&random);
         for (int i = 0; i < BODIES; i++) plain.bodies[i] = i, plain.came_before[i] = false;
-        for (int i = 0; i < INTERESTS; i++) plain.interests[i] = i;
+        for (int i = 0; i < SUBSCRIPTIONS; i++) plain.subscriptions[i] = i;
         run a, b;
         begin(&a, &plain);
         begin(&b, &other);
@@ -468,17 +468,17 @@ static void events_belong_to_names_and_not_to_the_order_of_announcement(void **s
 }
 
 /* Of two who ask for a verdict, one with hysteresis: neither is told less because he asked first. */
-static void how_far_a_pair_is_looked_into_depends_on_no_order_of_interests(void **state)
+static void how_far_a_pair_is_looked_into_depends_on_no_order_of_subscriptions(void **state)
 {
     (void)state;
     world_event told[2];
     for (int turned = 0; turned < 2; turned++) {
         world *w = scene_world(1, true);
-        world_interest plain = scene_all(WORLD_TOUCH, 0), sticky = plain;
+        world_subscription plain = scene_all(WORLD_TOUCH, 0), sticky = plain;
         plain.accuracy = sticky.accuracy = WORLD_BY_VERDICT;
         sticky.hysteresis = 0.02;
-        scene_interest(w, turned ? &sticky : &plain);
-        scene_interest(w, turned ? &plain : &sticky);
+        scene_subscription(w, turned ? &sticky : &plain);
+        scene_subscription(w, turned ? &plain : &sticky);
         world_shape stone = {.shape = shape_of(6), .local = POSE_IDENTITY}, egg = {shape_of(5), POSE_IDENTITY};
         scene_body(w, "stone", stone, vec(0, 0, 0));
         scene_body(w, "egg", egg, vec(0.2, 0.1, 0.15));
@@ -498,7 +498,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(events_belong_to_names_and_not_to_the_order_of_announcement),
-        cmocka_unit_test(how_far_a_pair_is_looked_into_depends_on_no_order_of_interests),
+        cmocka_unit_test(how_far_a_pair_is_looked_into_depends_on_no_order_of_subscriptions),
     };
     return cmocka_run_group_tests(tests, make_shapes, drop_shapes);
 }

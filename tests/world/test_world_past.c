@@ -185,11 +185,11 @@ static world *other_of(const world *w, unsigned workers)
 static run follow(const plan *p, bool cut)
 {
     run r = {.told = {.at = calloc(IMPACTS_MOST, sizeof(meeting))}};
-    world_interest meet = {.facts = WORLD_IMPACT, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
+    world_subscription meet = {.facts = WORLD_IMPACT, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
     uint64_t seed = p->seed, slices = p->seed + 1;
     world_batches batches;
     r.w = scene_world(cut ? p->workers : 1, true);
-    scene_interest(r.w, &meet);
+    scene_subscription(r.w, &meet);
     for (int i = 0; i < p->bodies; i++) {
         r.ids[i] = WORLD_NONE;
         put(&r, i, somewhere(&seed, p->room), 1, i % 2);

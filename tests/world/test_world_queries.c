@@ -265,8 +265,8 @@ static void explain_names_the_rule_and_its_reason(void **state)
     filter_rule rule = {.pattern = "link*", .allow = true, .reason = "Adjacent"};
     uint32_t a = add(w, "link1", BALL, VEC_ZERO, NULL), b = add(w, "base", BALL, vec(1, 0, 0), &rule);
     uint32_t c = add(w, "box", CUBE, vec(1, 0, 0), NULL);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     const world_batch *batch = scene_tick(w, 2LL * SECOND);
     assert_int_equal(batch->count, 2); /* box with both, not link1 with base */
     assert_true(world_explain(w, a, b, SECOND, text, sizeof text) > 0);
@@ -274,7 +274,7 @@ static void explain_names_the_rule_and_its_reason(void **state)
     assert_non_null(strstr(text, "link*"));
     assert_non_null(strstr(text, "Adjacent"));
     assert_true(world_explain(w, a, c, SECOND, text, sizeof text) > 0);
-    assert_non_null(strstr(text, "wanted by interest 0"));
+    assert_non_null(strstr(text, "wanted by subscription 0"));
     int whole = world_explain(w, a, c, SECOND, NULL, 0);
     char tiny[8];
     assert_int_equal(world_explain(w, a, c, SECOND, tiny, sizeof tiny), whole); /* cut, and never beyond */

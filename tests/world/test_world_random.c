@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { BODIES = 40, INTERESTS = 7, IDS_MAX = 1 << 22, OPERATIONS_A_TICK = 5, SAMPLES = 64 };
-enum { IMPACTS = 4, BOUNDS = 6 }; /* the interests in them */
+enum { BODIES = 40, SUBSCRIPTIONS = 7, IDS_MAX = 1 << 22, OPERATIONS_A_TICK = 5, SAMPLES = 64 };
+enum { IMPACTS = 4, BOUNDS = 6 }; /* the subscriptions in them */
 static const int64_t TICK_NS = SECOND / 100;
 static const double PADDING = 0.2, MARGIN = 0.3; /* m, of one of the rules */
 
@@ -28,7 +28,7 @@ static double uniform(uint64_t *state, double lo, double hi)
 typedef struct mirror { /* what a subscriber knows from events alone */
     uint8_t begun[IDS_MAX], ended[IDS_MAX], unknown[IDS_MAX];
     bool met[BODIES][BODIES]; /* in this tick, on their way */
-    size_t open, impacts, foretold, averted, teleported, came_to_be_unknown, came_to_be_known;
+    size_t open, impacts, predicted, averted, teleported, came_to_be_unknown, came_to_be_known;
     uint64_t story; /* hash of who began and ended what, in order, without the numbers */
 } mirror;
 
@@ -44,13 +44,13 @@ typedef struct run {
     bool held[BODIES];
     world_ccd ccd[BODIES];
     shape shapes[BODIES];
-    uint32_t interests[INTERESTS];
-    bool wanted[INTERESTS];
-    bool exact; /* the interest in bounds is left out: what they tell depends on when they were looked at */
+    uint32_t subscriptions[SUBSCRIPTIONS];
+    bool wanted[SUBSCRIPTIONS];
+    bool exact; /* the subscription in bounds is left out: what they tell depends on when they were looked at */
     mirror *mirror;
 } run;
 
-static const world_interest TERMS[INTERESTS] = {
+static const world_subscription TERMS[SUBSCRIPTIONS] = {
     {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6},
     {.facts = WORLD_TOUCH | WORLD_MANIFOLD,
         .select_a = "b1*",
@@ -67,7 +67,7 @@ static const world_interest TERMS[INTERESTS] = {
         .tolerance = 1e-9,
         .period_ns = SECOND / 20},
     {.facts = WORLD_IMPACT, .select_a = "*", .select_b = "*", .tolerance = 1e-6},
-    {.facts = WORLD_FORETELL | WORLD_TOUCH,
+    {.facts = WORLD_PREDICT | WORLD_TOUCH,
         .select_a = "b2*",
         .select_b = "*",
         .tolerance = 1e-4,
@@ -174,12 +174,12 @@ static void random_command(run *r)
         put(r, i);
         return;
     case 2: {
-        int k = i % INTERESTS;
+        int k = i % SUBSCRIPTIONS;
         if (k == BOUNDS && r->exact) return;
         if (r->wanted[k])
-            world_remove_interest(r->w, r->interests[k], CAUSE_INTEREST);
+            world_remove_subscription(r->w, r->subscriptions[k], CAUSE_SUBSCRIPTION);
         else
-            r->interests[k] = scene_interest(r->w, &TERMS[k]);
+            r->subscriptions[k] = scene_subscription(r->w, &TERMS[k]);
         r->wanted[k] = !r->wanted[k];
         return;
     }
@@ -264,7 +264,7 @@ static void learn(run *r, const world_batch *b)
         m->begun[e->contact] = 1;
         m->ended[e->contact] = ends || impact;
         m->open -= ends || impact;
-        m->foretold += first && e->kind == EVENT_FORETOLD;
+        m->predicted += first && e->kind == EVENT_PREDICTED;
         m->averted += e->kind == EVENT_AVERTED;
         m->impacts += impact;
         if (impact) m->met[number_of(e->name_a)][number_of(e->name_b)] = true;
@@ -282,8 +282,8 @@ static bool pads(int i, int k)
     return i % 7 && i % 5 == 0 && name[0] == '1';
 }
 
-/* Is the pair in contact for the interest, asked alone? -1: too close to the threshold to tell. */
-static int touches(const run *r, int i, int k, const world_interest *t)
+/* Is the pair in contact for the subscription, asked alone? -1: too close to the threshold to tell. */
+static int touches(const run *r, int i, int k, const world_subscription *t)
 {
     bool distance = t->facts & WORLD_DISTANCE;
     double limit = distance ? t->range : t->threshold;
@@ -311,11 +311,11 @@ static void open_contacts_equal_those_of_all_pairs(run *r)
         static const int WHICH[2] = {0, 2};
         int id = WHICH[t];
         if (!r->wanted[id]) continue;
-        world_want_snapshot(r->w, r->interests[id]);
+        world_want_snapshot(r->w, r->subscriptions[id]);
         world_tick(r->w, r->now_ns, &all);
         size_t told = 0, least = 0, most = 0;
         for (size_t b = 0; b < all.count; b++)
-            if (all.at[b].interest == r->interests[id])
+            if (all.at[b].subscription == r->subscriptions[id])
                 for (size_t e = 0; e < all.at[b].count; e++) {
                     const world_event *v = &all.at[b].events[e];
                     told += v->cause == CAUSE_SNAPSHOT && v->kind != EVENT_UNKNOWN; /* that comes on top */
@@ -430,8 +430,8 @@ static played play_run(run r, int ticks, bool check, uint64_t units)
             open_contacts_equal_those_of_all_pairs(&r);
         }
     }
-    for (int k = 0; k < INTERESTS; k++)
-        if (r.wanted[k]) world_remove_interest(r.w, r.interests[k], CAUSE_SHUTDOWN);
+    for (int k = 0; k < SUBSCRIPTIONS; k++)
+        if (r.wanted[k]) world_remove_subscription(r.w, r.subscriptions[k], CAUSE_SHUTDOWN);
     r.now_ns = (ticks + 1) * TICK_NS;
     world_tick(r.w, r.now_ns, &b);
     for (size_t i = 0; i < b.count; i++) learn(&r, &b.at[i]);
@@ -442,7 +442,7 @@ static played play_run(run r, int ticks, bool check, uint64_t units)
         const mirror *m = r.mirror;
         size_t enough = (size_t)ticks / 200;
         assert_true(2 * met > enough && m->impacts > 4 * enough && m->teleported > enough);
-        assert_true(m->foretold > enough && m->averted == m->foretold);
+        assert_true(m->predicted > enough && m->averted == m->predicted);
         assert_true(m->came_to_be_known > enough && m->came_to_be_unknown > m->came_to_be_known);
     }
     played p = {b.hash, r.mirror->story};

@@ -17,8 +17,8 @@ static void a_pose_sent_again_is_no_news(void **state)
     static const unsigned FACTS[] = {WORLD_TOUCH, WORLD_DISTANCE, WORLD_TOUCH | WORLD_MANIFOLD | WORLD_DISTANCE};
     for (size_t f = 0; f < sizeof FACTS / sizeof *FACTS; f++) {
         world *w = scene_world(1, true);
-        world_interest all = scene_all(FACTS[f], 5);
-        scene_interest(w, &all);
+        world_subscription all = scene_all(FACTS[f], 5);
+        scene_subscription(w, &all);
         scene_sphere(w, "a", 0, 1);
         uint32_t b = scene_sphere(w, "b", 1.5, 1);
         assert_non_null(scene_tick(w, SECOND));
@@ -40,8 +40,8 @@ static void who_wants_all_is_told_all_once(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    uint32_t i = scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t i = scene_subscription(w, &all);
     scene_sphere(w, "a", 0, 1);
     uint32_t b = scene_sphere(w, "b", 1.5, 1);
     scene_tick(w, SECOND);
@@ -60,9 +60,9 @@ static void an_update_that_was_held_back_is_told_once(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     all.period_ns = SECOND;
-    scene_interest(w, &all);
+    scene_subscription(w, &all);
     scene_sphere(w, "a", 0, 1);
     uint32_t b = scene_sphere(w, "b", 1.5, 1);
     int64_t t = SECOND;
@@ -85,8 +85,8 @@ static void what_is_known_again_is_told_though_it_is_as_it_was(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
-    world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 5);
-    scene_interest(w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 5);
+    scene_subscription(w, &all);
     scene_sphere(w, "a", 0, 1);
     uint32_t b = scene_sphere(w, "b", 1.5, 1);
     scene_tick(w, SECOND);
@@ -104,15 +104,15 @@ typedef struct told {
 } told;
 
 /* Two balls of 1 m tremble about a gap; what is told of it. */
-static told tremble(world_interest terms, double gap, double by, bool coarse_neighbour)
+static told tremble(world_subscription terms, double gap, double by, bool coarse_neighbour)
 {
     told sum = {0};
     world *w = scene_world(1, true);
-    scene_interest(w, &terms);
+    scene_subscription(w, &terms);
     if (coarse_neighbour) {
-        world_interest other = scene_all(WORLD_TOUCH, 0);
+        world_subscription other = scene_all(WORLD_TOUCH, 0);
         other.threshold = terms.threshold;
-        scene_interest(w, &other);
+        scene_subscription(w, &other);
     }
     scene_sphere(w, "a", 0, 1);
     uint32_t b = scene_sphere(w, "b", 10, 1);
@@ -123,7 +123,7 @@ static told tremble(world_interest terms, double gap, double by, bool coarse_nei
         world_tick(w, t += SECOND / 100, &all);
         assert_null(world_validate(w));
         for (size_t k = 0; k < all.count; k++) {
-            if (all.at[k].interest || all.at[k].snapshot) continue;
+            if (all.at[k].subscription || all.at[k].snapshot) continue;
             sum.begins += count_kind(&all.at[k], EVENT_BEGIN);
             sum.ends += count_kind(&all.at[k], EVENT_END);
             for (size_t e = 0; e < all.at[k].count; e++) {
@@ -142,7 +142,7 @@ static void what_trembles_about_a_threshold_begins_once_and_ends_once(void **sta
     static const world_accuracy ACCURACIES[] = {WORLD_BY_TOLERANCE, WORLD_BY_VERDICT, WORLD_BY_BOXES};
     for (size_t i = 0; i < 3; i++) {
         for (int neighbour = 0; neighbour < 2; neighbour++) {
-            world_interest terms = scene_all(WORLD_TOUCH, 0);
+            world_subscription terms = scene_all(WORLD_TOUCH, 0);
             terms.threshold = 0.5;
             terms.accuracy = ACCURACIES[i];
             double coarse = ACCURACIES[i] == WORLD_BY_BOXES ? 0.5 : 0; /* its slack is part of what it tells */
@@ -160,7 +160,7 @@ static void what_trembles_about_a_threshold_begins_once_and_ends_once(void **sta
 static void near_and_far_have_the_same_hysteresis(void **state)
 {
     (void)state;
-    world_interest terms = scene_all(WORLD_DISTANCE, 0.5);
+    world_subscription terms = scene_all(WORLD_DISTANCE, 0.5);
     assert_true(tremble(terms, 0.5, 0.001, false).fars > 40);
     terms.hysteresis = 0.002;
     assert_int_equal(tremble(terms, 0.5, 0.001, false).fars, 1);
@@ -173,9 +173,9 @@ static void a_wide_hysteresis_is_kept_to(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
-    world_interest terms = scene_all(WORLD_TOUCH, 0);
+    world_subscription terms = scene_all(WORLD_TOUCH, 0);
     terms.hysteresis = 20;
-    scene_interest(w, &terms);
+    scene_subscription(w, &terms);
     scene_sphere(w, "a", 0, 1);
     uint32_t b = scene_sphere(w, "b", 1.5, 1);
     scene_tick(w, 1);

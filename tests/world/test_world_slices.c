@@ -21,13 +21,13 @@ typedef struct crowd {
 
 static void set_up(crowd *c, uint64_t slice, unsigned workers, broad_kind kind)
 {
-    world_interest all = scene_all(WORLD_TOUCH, 0);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
     *c = (crowd){.options = world_options_default(), .slice = slice};
     c->options.workers = workers;
     c->options.broad = kind;
     c->w = world_create(&c->options);
     world_set_slice(c->w, slice);
-    scene_interest(c->w, &all);
+    scene_subscription(c->w, &all);
 }
 
 static void put_ball(crowd *c, int i, uint64_t owner, vec3 at)
@@ -256,14 +256,14 @@ static void nobody_asked_nothing_is_searched(void **state)
     crowd c;
     set_up(&c, SLICE, 1, BROAD_AUTO);
     world_batches none;
-    world_remove_interest(c.w, 0, CAUSE_INTEREST);
+    world_remove_subscription(c.w, 0, CAUSE_SUBSCRIPTION);
     begin_in_one_place(&c);
     world_tick(c.w, 1, &none);
     world_figures f = world_get_figures(c.w);
     assert_int_equal(f.pairs, 0);
     assert_true(f.slice_units <= BALLS * 200); /* a look at each, and none at each two */
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    scene_interest(c.w, &all);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    scene_subscription(c.w, &all);
     tick(&c, 2);
     finish(&c, 3);
     assert_int_equal(world_get_figures(c.w).contacts, BALLS * (BALLS - 1) / 2);
@@ -346,8 +346,8 @@ static void no_impact_is_missed_for_a_cut(void **state)
     size_t impacts = 0;
     world_batches batches;
     set_up(&c, SLICE, 1, BROAD_AUTO);
-    world_interest meet = {.facts = WORLD_IMPACT, .select_a = "b89", .select_b = "b88"};
-    scene_interest(c.w, &meet);
+    world_subscription meet = {.facts = WORLD_IMPACT, .select_a = "b89", .select_b = "b88"};
+    scene_subscription(c.w, &meet);
     for (int i = 0; i < WALL; i++) put_ball(&c, i, 1, vec(3.0 * i, 0, 0));
     put_ball(&c, WALL, 1, vec(0, 1000, 0));
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};

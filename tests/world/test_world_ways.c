@@ -1,5 +1,5 @@
 /* Ways and courses that are easily missed: of different spans, in the orientation of the end, of half-spaces and of
- * fixed bodies, redefined or stale underway; and what is told of a pair that ends for one interest only. */
+ * fixed bodies, redefined or stale underway; and what is told of a pair that ends for one subscription only. */
 #include "scene.h"
 
 #include <math.h>
@@ -44,9 +44,10 @@ static uint32_t rod(world *w, const char *name, vec3 at, world_ccd ccd)
     return put(w, &def);
 }
 
-static world_interest all_of(unsigned facts, double horizon)
+static world_subscription all_of(unsigned facts, double horizon)
 {
-    return (world_interest){.facts = facts, .select_a = "*", .select_b = "*", .tolerance = 1e-9, .horizon = horizon};
+    return (world_subscription){
+        .facts = facts, .select_a = "*", .select_b = "*", .tolerance = 1e-9, .horizon = horizon};
 }
 
 static void move(world *w, uint32_t id, vec3 at, quat q, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
@@ -69,8 +70,8 @@ static void each_ways_turns_are_those_of_its_own_time(void **state)
     world *w = scene_world(1, true);
     uint32_t post = ball(w, "post", vec(0.9, 0, 0), 0.05, WORLD_CCD_OFF),
              turning = rod(w, "rod", VEC_ZERO, WORLD_CCD_FULL);
-    world_interest all = all_of(WORLD_IMPACT, 0);
-    scene_interest(w, &all);
+    world_subscription all = all_of(WORLD_IMPACT, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     move(w, turning, VEC_ZERO, UPRIGHT, SECOND + 9 * (int64_t)SECOND / 10, NULL, NULL);
     scene_tick(w, SECOND + 9 * (int64_t)SECOND / 10);
@@ -101,8 +102,8 @@ static void a_linear_way_that_begins_in_contact_is_told(void **state)
     world *w = scene_world(1, true);
     uint32_t id = rod(w, "rod", VEC_ZERO, WORLD_CCD_LINEAR);
     ball(w, "post", vec(0.9, 0, 0), 0.05, WORLD_CCD_OFF);
-    world_interest all = all_of(WORLD_IMPACT | WORLD_TOUCH, 0);
-    scene_interest(w, &all);
+    world_subscription all = all_of(WORLD_IMPACT | WORLD_TOUCH, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     quat lying = {sqrt(0.5), 0, sqrt(0.5), 0};
     move(w, id, vec(-2, 0, 0), lying, 2 * (int64_t)SECOND, NULL, NULL);
@@ -136,14 +137,14 @@ static void half_spaces_have_courses(void **state)
         def.angular_acceleration = turns ? 0.2 : 0;
         uint32_t id = put(w, &def);
         ball(w, "ball", vec(10, 0, 2), 0.5, WORLD_CCD_OFF); /* 1.5 m above it */
-        world_interest all = all_of(WORLD_FORETELL, 2);
-        scene_interest(w, &all);
+        world_subscription all = all_of(WORLD_PREDICT, 2);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         vec3 up = {0, 0, turns ? 0 : 1};
         move(w, id, VEC_ZERO, UPRIGHT, 2 * (int64_t)SECOND, &up, NULL);
         world_batches out;
         world_tick(w, 2 * (int64_t)SECOND, &out);
-        assert_int_equal(world_get_figures(w).foretold, 1);
+        assert_int_equal(world_get_figures(w).predicted, 1);
         world_want_snapshot(w, 0);
         const world_batch *b = scene_tick(w, 3 * (int64_t)SECOND);
         assert_int_equal(b->count, 1);
@@ -163,14 +164,14 @@ static void a_fixed_body_has_a_way_and_no_course(void **state)
     def.fixed = true;
     uint32_t id = put(w, &def);
     ball(w, "ball", VEC_ZERO, 0.5, WORLD_CCD_OFF);
-    world_interest all = all_of(WORLD_IMPACT | WORLD_FORETELL, 2);
-    scene_interest(w, &all);
+    world_subscription all = all_of(WORLD_IMPACT | WORLD_PREDICT, 2);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     move(w, id, vec(-0.6, 0, 0), UPRIGHT, 2 * (int64_t)SECOND, NULL, NULL); /* 5 cm before it */
     assert_null(scene_tick(w, 2 * (int64_t)SECOND));
     move(w, id, vec(2, 0, 0), UPRIGHT, 3 * (int64_t)SECOND, NULL, NULL);
     assert_int_equal(count(scene_tick(w, 3 * (int64_t)SECOND), EVENT_IMPACT), 1);
-    assert_int_equal(world_get_figures(w).foretold, 0);
+    assert_int_equal(world_get_figures(w).predicted, 0);
     world_destroy(w);
 }
 
@@ -183,8 +184,8 @@ static void a_redefinition_underway_keeps_the_way(void **state)
     world_body def = body_of("bullet", &s, vec(-1, 0, 0), WORLD_CCD_FULL);
     uint32_t id = put(w, &def);
     ball(w, "post", VEC_ZERO, 0.1, WORLD_CCD_OFF);
-    world_interest all = all_of(WORLD_IMPACT, 0);
-    scene_interest(w, &all);
+    world_subscription all = all_of(WORLD_IMPACT, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     move(w, id, vec(1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND, NULL, NULL);
     def.pose = world_body_pose(w, id);
@@ -210,8 +211,8 @@ static void a_pose_that_comes_too_late_is_swept(void **state)
     def.deadline_ns = SECOND / 10;
     uint32_t id = put(w, &def);
     ball(w, "post", VEC_ZERO, 0.1, WORLD_CCD_OFF);
-    world_interest all = all_of(WORLD_IMPACT, 0);
-    scene_interest(w, &all);
+    world_subscription all = all_of(WORLD_IMPACT, 0);
+    scene_subscription(w, &all);
     scene_tick(w, SECOND);
     move(w, id, vec(1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND, NULL, NULL);
     const world_batch *b = scene_tick(w, 3 * (int64_t)SECOND);
@@ -220,16 +221,16 @@ static void a_pose_that_comes_too_late_is_swept(void **state)
     world_destroy(w);
 }
 
-/* Unknown and known again: told before the rest, and once, whether it is foretold still or not. */
-static void what_is_foretold_is_known_again_first(void **state)
+/* Unknown and known again: told before the rest, and once, whether it is predicted still or not. */
+static void what_is_predicted_is_known_again_first(void **state)
 {
     (void)state;
     for (int still = 0; still < 2; still++) {
         world *w = scene_world(1, true);
         uint32_t a = ball(w, "a", vec(-3, 0, 0), 0.5, WORLD_CCD_OFF);
         ball(w, "b", vec(3, 0, 0), 0.5, WORLD_CCD_OFF);
-        world_interest all = all_of(WORLD_FORETELL, 2);
-        scene_interest(w, &all);
+        world_subscription all = all_of(WORLD_PREDICT, 2);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         vec3 fast = {4, 0, 0}, slow = {2.49, 0, 0}; /* then 2 cm are left after 2 s */
         move(w, a, vec(-3, 0, 0), UPRIGHT, 2 * (int64_t)SECOND, &fast, NULL);
@@ -240,21 +241,21 @@ static void what_is_foretold_is_known_again_first(void **state)
         const world_batch *b = scene_tick(w, 4 * (int64_t)SECOND);
         assert_int_equal(b->count, 3);
         assert_true(b->events[1].kind == EVENT_KNOWN && b->events[1].contact == id);
-        assert_true(b->events[2].kind == (still ? EVENT_AVERTED : EVENT_FORETOLD) && b->events[2].contact == id);
+        assert_true(b->events[2].kind == (still ? EVENT_AVERTED : EVENT_PREDICTED) && b->events[2].contact == id);
         world_destroy(w);
     }
 }
 
-/* The rate holds an update of a contact back; the contact ends before it is due, and the pair is still foretold. */
+/* The rate holds an update of a contact back; the contact ends before it is due, and the pair is still predicted. */
 static void an_update_that_was_held_back_ends_with_its_contact(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
     uint32_t a = ball(w, "a", VEC_ZERO, 0.5, WORLD_CCD_OFF);
     ball(w, "b", vec(0.9, 0, 0), 0.5, WORLD_CCD_OFF);
-    world_interest all = all_of(WORLD_FORETELL | WORLD_TOUCH, 2);
+    world_subscription all = all_of(WORLD_PREDICT | WORLD_TOUCH, 2);
     all.period_ns = 10;
-    scene_interest(w, &all);
+    scene_subscription(w, &all);
     scene_tick(w, 1);
     vec3 fast = {4, 0, 0};
     move(w, a, VEC_ZERO, UPRIGHT, SECOND, &fast, NULL);
@@ -265,12 +266,12 @@ static void an_update_that_was_held_back_ends_with_its_contact(void **state)
     assert_int_equal(count(scene_tick(w, 4), EVENT_END), 1);
     const world_batch *b = scene_tick(w, 30);
     assert_non_null(b);
-    for (size_t i = 0; i < b->count; i++) assert_true(b->events[i].kind == EVENT_FORETOLD && b->events[i].contact > 0);
+    for (size_t i = 0; i < b->count; i++) assert_true(b->events[i].kind == EVENT_PREDICTED && b->events[i].contact > 0);
     world_destroy(w);
 }
 
-/* Two interests in a pair; a change of group takes it from one of them. */
-static void a_pair_that_is_none_any_more_to_one_interest_ends_there(void **state)
+/* Two subscriptions in a pair; a change of group takes it from one of them. */
+static void a_pair_that_is_none_any_more_to_one_subscription_ends_there(void **state)
 {
     (void)state;
     world *w = scene_world(1, true);
@@ -279,18 +280,18 @@ static void a_pair_that_is_none_any_more_to_one_interest_ends_there(void **state
     def.group = "robots";
     uint32_t id = put(w, &def);
     ball(w, "b", vec(0.9, 0, 0), 0.5, WORLD_CCD_OFF);
-    world_interest all = all_of(WORLD_TOUCH, 0), robots = all;
+    world_subscription all = all_of(WORLD_TOUCH, 0), robots = all;
     robots.select_a = "group:robots";
-    scene_interest(w, &all);
-    uint32_t theirs = scene_interest(w, &robots);
+    scene_subscription(w, &all);
+    uint32_t theirs = scene_subscription(w, &robots);
     scene_tick(w, SECOND);
     assert_int_equal(world_get_figures(w).contacts, 2);
     def.group = "others";
     def.stamp_ns = 2 * (int64_t)SECOND;
     assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     const world_batch *b = scene_tick(w, 2 * (int64_t)SECOND);
-    assert_true(b->interest == theirs && b->count == 1);
-    assert_true(b->events[0].kind == EVENT_END && b->events[0].cause == CAUSE_INTEREST);
+    assert_true(b->subscription == theirs && b->count == 1);
+    assert_true(b->events[0].kind == EVENT_END && b->events[0].cause == CAUSE_SUBSCRIPTION);
     assert_int_equal(world_get_figures(w).contacts, 1);
     world_destroy(w);
 }
@@ -313,8 +314,8 @@ static void every_pose_between_two_ticks_is_on_the_way(void **state)
         ball(w, "at the corner", vec(0, 2.5, 0), 0.5, WORLD_CCD_OFF); /* which it does not reach */
         ball(w, "before the corner", vec(0.5, 1, 0), 0.41, WORLD_CCD_OFF);
         ball(w, "on the straight line", vec(1, 1, 0), 0.05, WORLD_CCD_OFF);
-        world_interest all = all_of(WORLD_IMPACT, 0);
-        scene_interest(w, &all);
+        world_subscription all = all_of(WORLD_IMPACT, 0);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         move(w, id, vec(0, 1.5, 0), UPRIGHT, stamped ? SECOND + SECOND / 4 : 0, NULL, NULL);
         move(w, id, vec(2, 2, 0), UPRIGHT, stamped ? 2 * (int64_t)SECOND : 0, NULL, NULL);
@@ -340,8 +341,8 @@ static void more_poses_than_are_kept_are_counted(void **state)
         world *w = scene_world(1, true);
         uint32_t id = ball(w, "ball", vec(1, 0, 0), 0.1, WORLD_CCD_FULL);
         ball(w, "post", VEC_ZERO, 0.8, WORLD_CCD_OFF);
-        world_interest all = all_of(WORLD_IMPACT, 0);
-        scene_interest(w, &all);
+        world_subscription all = all_of(WORLD_IMPACT, 0);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         int poses = WAYPOINTS + 1 + more;
         for (int k = 1; k <= poses; k++) {
@@ -358,8 +359,8 @@ static void more_poses_than_are_kept_are_counted(void **state)
     }
 }
 
-/* A ball that makes so many turns until the other one's pose that nobody can tell how it stands then: foretold as open,
- * not from where it was. `lag` s, at 1 m/s, of a horizon of 5 s more: they meet after about 1 s. */
+/* A ball that makes so many turns until the other one's pose that nobody can tell how it stands then: predicted as
+ * open, not from where it was. `lag` s, at 1 m/s, of a horizon of 5 s more: they meet after about 1 s. */
 static void what_turns_too_far_until_the_newest_pose_is_open(void **state)
 {
     (void)state;
@@ -369,15 +370,15 @@ static void what_turns_too_far_until_the_newest_pose_is_open(void **state)
         world *w = scene_world(1, true);
         uint32_t a = ball(w, "a", VEC_ZERO, 0.5, WORLD_CCD_OFF);
         uint32_t b = ball(w, "b", vec((double)lag + 2, 0.3, 0), 0.5, WORLD_CCD_OFF);
-        world_interest all = all_of(WORLD_FORETELL, 0);
+        world_subscription all = all_of(WORLD_PREDICT, 0);
         all.horizon = (double)lag + 5;
-        scene_interest(w, &all);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         vec3 ahead = {1, 0, 0}, spin = {0, 0, SPINS[k]}, none = VEC_ZERO;
         move(w, a, VEC_ZERO, UPRIGHT, SECOND + 1, &ahead, &spin);
         move(w, b, vec((double)lag + 2, 0.3, 0), UPRIGHT, SECOND + 1 + lag * SECOND, &none, &none);
         const world_batch *batch = scene_tick(w, SECOND + 2 + lag * SECOND);
-        assert_int_equal(count(batch, EVENT_FORETOLD), 1);
+        assert_int_equal(count(batch, EVENT_PREDICTED), 1);
         const world_impact *i = &batch->events[0].impact;
         if (k == 0) assert_true(i->lo > 1 && isfinite(i->hi));
         if (k > 0) assert_true(i->lo == 0 && isinf(i->hi));
@@ -396,8 +397,8 @@ static void what_turns_too_far_on_its_way_is_open(void **state)
         world *w = scene_world(1, true);
         uint32_t a = ball(w, "a", VEC_ZERO, 0.5, WORLD_CCD_FULL);
         uint32_t b = ball(w, "b", vec(9.6, 9, 0), 0.5, WORLD_CCD_FULL);
-        world_interest all = all_of(WORLD_IMPACT, 0);
-        scene_interest(w, &all);
+        world_subscription all = all_of(WORLD_IMPACT, 0);
+        scene_subscription(w, &all);
         scene_tick(w, SECOND);
         vec3 none = VEC_ZERO, ahead = {0.5, 0, 0}, spin = {0, 0, SPINS[k]};
         for (size_t i = 0; i < sizeof AT / sizeof *AT; i++)
@@ -420,9 +421,9 @@ int main(void)
         cmocka_unit_test(a_fixed_body_has_a_way_and_no_course),
         cmocka_unit_test(a_redefinition_underway_keeps_the_way),
         cmocka_unit_test(a_pose_that_comes_too_late_is_swept),
-        cmocka_unit_test(what_is_foretold_is_known_again_first),
+        cmocka_unit_test(what_is_predicted_is_known_again_first),
         cmocka_unit_test(an_update_that_was_held_back_ends_with_its_contact),
-        cmocka_unit_test(a_pair_that_is_none_any_more_to_one_interest_ends_there),
+        cmocka_unit_test(a_pair_that_is_none_any_more_to_one_subscription_ends_there),
         cmocka_unit_test(what_turns_too_far_until_the_newest_pose_is_open),
         cmocka_unit_test(what_turns_too_far_on_its_way_is_open),
     };

@@ -27,14 +27,14 @@ doctor_finding check_lost(doctor *d)
 }
 
 typedef struct stale_bodies {
-    unsigned told, stale;
+    unsigned reported, stale;
     char first[WIRE_NAME_MAX + 1];
 } stale_bodies;
 
 static void count_stale(void *context, const wire_answer *a)
 {
     stale_bodies *s = context;
-    s->told = a->names_a.count;
+    s->reported = a->names_a.count;
     for (uint32_t i = 0; i < a->names_a.count && i < a->stale.count; i++) {
         if (!a->stale.at[i]) continue;
         if (!s->stale++) snprintf(s->first, sizeof s->first, "%s", a->names_a.at[i]);

@@ -262,7 +262,7 @@ static bool settles(const box *x, size_t plenty, never_answer *out)
     return true;
 }
 
-static void tell_values(const search *q, const box *x, never_answer *out)
+static void report_values(const search *q, const box *x, never_answer *out)
 {
     static const char more[] = ",...";
     size_t length = 0, room = sizeof out->at - sizeof more;
@@ -295,7 +295,7 @@ static void search_boxes(search *q, size_t boxes_max, never_answer *out)
             out->verdict = NEVER_NEAR;
         else if (out->boxes + 2 > boxes_max)
             out->verdict = NEVER_UNDECIDED;
-        if (out->verdict == NEVER_MEET) tell_values(q, &x, out);
+        if (out->verdict == NEVER_MEET) report_values(q, &x, out);
         if (out->verdict != NEVER_PROVEN) break;
         int k = widest(q, &x);
         bool open[2];

@@ -430,7 +430,7 @@ static void ellipsoids_descend(const unit_pair *p, place *at, double close, doub
 }
 
 /* What the place that was found says. False: it is not proven to be the least. */
-static bool ellipsoids_tell(const unit_pair *p, const place *at, double short_by, vec3 *beyond, span *out)
+static bool ellipsoids_report(const unit_pair *p, const place *at, double short_by, vec3 *beyond, span *out)
 {
     minkowski m = unit_pair_nearest_along(p, vec_neg(at->n));
     double lo = -vec_dot(at->n, m.w), shaved = p->shaved_a + p->shaved_b;
@@ -455,16 +455,17 @@ bool ellipsoid_pair_measure(const unit_pair *p, const narrow_goal *goal, span *o
     for (int i = 0; i < STARTS_MAX; i++) {
         place at = ellipsoids_look(p, beyond);
         ellipsoids_descend(p, &at, close, enough, &out->iterations);
-        bool told = ellipsoids_tell(p, &at, short_by, &beyond, out);
+        bool reported = ellipsoids_report(p, &at, short_by, &beyond, out);
         if (out->lo <= highest) return false; /* the same place again, or a higher one */
-        if (!told) {                          /* where h is bent by little, a slope of little is far from the least */
+        if (!reported) {                      /* where h is bent by little, a slope of little is far from the least */
             ellipsoids_descend(p, &at, 0, enough, &out->iterations);
-            told = ellipsoids_tell(p, &at, short_by, &beyond, out);
+            reported = ellipsoids_report(p, &at, short_by, &beyond, out);
         }
         highest = out->lo;
-        for (double s = 2 * short_by; !told && s < ROUGH; s *= 2) told = ellipsoids_tell(p, &at, s, &beyond, out);
-        if (told && out->lo < 0 && out->hi - out->lo < 2 * ROUGH) return true; /* no other method comes closer */
-        if (told) return narrow_goal_reached(goal, out->lo, out->hi) || out->hi - out->lo <= 2 * rounding;
+        for (double s = 2 * short_by; !reported && s < ROUGH; s *= 2)
+            reported = ellipsoids_report(p, &at, s, &beyond, out);
+        if (reported && out->lo < 0 && out->hi - out->lo < 2 * ROUGH) return true; /* no other method comes closer */
+        if (reported) return narrow_goal_reached(goal, out->lo, out->hi) || out->hi - out->lo <= 2 * rounding;
     }
     return false;
 }

@@ -313,7 +313,7 @@ static bool polytope_search_narrow(search *x, const narrow_goal *goal, const sim
 }
 
 /* The answer of a search that has ended well. */
-static void polytope_tell(search *x, double least)
+static void polytope_report(search *x, double least)
 {
     span *out = x->best;
     out->method = NARROW_BY_EPA;
@@ -336,7 +336,7 @@ bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, c
         out->iterations = iterations;
         return false;
     }
-    polytope_tell(&x, least);
+    polytope_report(&x, least);
     return true;
 }
 
@@ -406,7 +406,7 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
     put_support(&x, w, 5);
     s.point_count = OCTAHEDRON.point_count;
     if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &OCTAHEDRON, goal, &least)) return false;
-    polytope_tell(&x, least);
+    polytope_report(&x, least);
     return true;
 }
 
@@ -423,6 +423,6 @@ bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull
     *out = (span){.lo = -INFINITY, .hi = INFINITY};
     if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &TETRAHEDRON, goal, &least)) return false;
     if (!(out->lo <= -NEAR_LEAST_DEPTH * p->size)) return false;
-    polytope_tell(&x, least);
+    polytope_report(&x, least);
     return true;
 }

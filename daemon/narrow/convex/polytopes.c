@@ -124,11 +124,11 @@ static void sat_try_edges(const unit_pair *p, const arc *a, const arc *b, span *
     vec3 middle_a = vec_add(a->n0, a->n1), middle_b = vec_add(b->n0, b->n1);
     if (!(vec_norm2(axis) > 0)) return;
     if (vec_dot(axis, middle_a) < 0) axis = vec_neg(axis);
-    bool tells = vec_dot(axis, middle_a) > ARC_SLACK;
-    if (tells && vec_dot(axis, middle_b) > ARC_SLACK) return;
+    bool reports = vec_dot(axis, middle_a) > ARC_SLACK;
+    if (reports && vec_dot(axis, middle_b) > ARC_SLACK) return;
     /* the two edges alone bound the separation from above: most are ruled out without support points */
     double separation = vec_dot(axis, vec_sub(b->point, a->point));
-    if (tells && separation <= best->lo - p->error) return;
+    if (reports && separation <= best->lo - p->error) return;
     try_outward(p, axis, middle_a, 1, best);
 }
 
@@ -301,7 +301,7 @@ static hull_seek_end hull_seek_propose(const seeker *s, narrow_features *out)
     return HULL_SEEK_PROPOSES;
 }
 
-static hull_seek_end tell_inside(const seeker *s, hull_corners *holds)
+static hull_seek_end report_inside(const seeker *s, hull_corners *holds)
 {
     if (s->count < 4) return HULL_SEEK_UNKNOWN;
     for (int i = 0; i < 4; i++) holds->a[i] = s->at[i].a, holds->b[i] = s->at[i].b;
@@ -322,7 +322,7 @@ hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_
         if (!apart && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
         if (s.count && (known(&s, &c) || !(along < s.norm2 * (1 - NO_NEARER)))) return hull_seek_propose(&s, out);
         s.at[s.count++] = c;
-        if (!hull_seek_reduce(&s)) return apart ? HULL_SEEK_APART : tell_inside(&s, holds);
+        if (!hull_seek_reduce(&s)) return apart ? HULL_SEEK_APART : report_inside(&s, holds);
     }
     return apart ? HULL_SEEK_APART : HULL_SEEK_UNKNOWN;
 }

@@ -281,7 +281,8 @@ bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out
     search x = {&c, arc_search_of(p, goal)};
     minkowski top;
     out->axis = VEC_ZERO;
-    if (!(c.kink >= 0) || !box_revolved_find_depth(&x, lanes_wide()) || !arc_search_tell(&x.found, p, goal, &top, out))
+    if (!(c.kink >= 0) || !box_revolved_find_depth(&x, lanes_wide()) ||
+        !arc_search_report(&x.found, p, goal, &top, out))
         return false;
     if (!witness_facing(p, &top, out) && goal->near == -INFINITY) witness_deepest(p, out);
     return true;

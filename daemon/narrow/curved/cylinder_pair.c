@@ -338,7 +338,7 @@ bool cylinder_pair_measure(const unit_pair *p, const narrow_goal *goal, span *ou
     out->axis = VEC_ZERO;
     if (!(c.s > PARALLEL) || !cylinders_begin(&x, &c)) return false;
     bool shallow = x.least < DEEP * p->size && goal->near == -INFINITY;
-    if (shallow && cylinders_find_depth(&x, &c) && arc_search_tell(&x, p, goal, &top, out) &&
+    if (shallow && cylinders_find_depth(&x, &c) && arc_search_report(&x, p, goal, &top, out) &&
         witness_facing(p, &top, out) && do_overlap(p, out))
         return true;
     out->axis = VEC_ZERO;

@@ -29,7 +29,7 @@ arc_search arc_search_of(const unit_pair *p, const narrow_goal *goal)
         .enough = -goal->near};
 }
 
-bool arc_search_tell(const arc_search *x, const unit_pair *p, const narrow_goal *goal, minkowski *top, span *out)
+bool arc_search_report(const arc_search *x, const unit_pair *p, const narrow_goal *goal, minkowski *top, span *out)
 {
     double noise = NOISE * UNIT_ROUNDOFF * p->size;
     *top = unit_pair_nearest_along(p, x->axis);

@@ -172,7 +172,7 @@ static inline double arc_level(const arc_search *x)
 
 /* What was found, and what was proved, as an answer but for the points, and the support points along its axis. False:
  * it is wider than the goal, and than rounding. */
-bool arc_search_tell(const arc_search *x, const unit_pair *p, const narrow_goal *goal, minkowski *top, span *out);
+bool arc_search_report(const arc_search *x, const unit_pair *p, const narrow_goal *goal, minkowski *top, span *out);
 
 /* A quarter of a great circle: its directions are n.x along[0] + n.y along[1], n.x, n.y >= 0. */
 typedef struct quadrant {

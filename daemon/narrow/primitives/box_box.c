@@ -162,7 +162,7 @@ INLINE void add_radii(const unit_pair *p, span *s)
 }
 
 /* Apart by more than the verdict needs: the bounds, and between them points that are not far from each other. */
-INLINE bool tell_apart(const primitive_pair *q, const unit_pair *p, span *s, narrow_result *out)
+INLINE bool report_apart(const primitive_pair *q, const unit_pair *p, span *s, narrow_result *out)
 {
     s->hi = max_of(s->lo, s->hi);
     if (p->radius > 0) add_radii(p, s);
@@ -188,7 +188,8 @@ INLINE void write_vectors(narrow_result *out, lanes axis, lanes point_a, lanes p
 }
 
 /* The answer by an axis and points of the cores, which are `hi` apart. */
-INLINE void tell_points(const unit_pair *p, const span *s, lanes axis, lanes point_a, lanes point_b, narrow_result *out)
+INLINE void report_points(
+    const unit_pair *p, const span *s, lanes axis, lanes point_a, lanes point_b, narrow_result *out)
 {
     if (p->radius > 0) {
         lanes towards = s->hi > p->radius ? (point_b - point_a) * (1 / s->hi) : axis;
@@ -215,7 +216,7 @@ INLINE bool apart_by_face(
     lanes point_b = v->of.t - lanes3_mul(v->of.axes_b, lanes_clamp(v->u, v->of.half_b));
     span s = {.lo = by, .hi = sqrt(lanes_norm2(point_b - point_a)), .method = NARROW_BY_SAT, .iterations = BOX_FACES};
     s.hi = max_of(s.lo, s.hi);
-    tell_points(p, &s, (lanes){normal.x, normal.y, normal.z, 0}, point_a, point_b, out);
+    report_points(p, &s, (lanes){normal.x, normal.y, normal.z, 0}, point_a, point_b, out);
     return out->lo > q->request->threshold;
 }
 
@@ -332,7 +333,7 @@ INLINE bool apart_by_edges(
     s.point_b = vec_sub(between, mat_mul(q->turn_b, corner));
     s.hi = vec_norm(vec_sub(s.point_b, s.point_a));
     s.axis = direction_again(s.axis);
-    return tell_apart(q, p, &s, out);
+    return report_apart(q, p, &s, out);
 }
 
 /* The greatest of all fifteen, given that of the faces, where the boxes may overlap. */
@@ -366,7 +367,7 @@ INLINE bool gap_by_features(
     if (!box_facing_of(of, p->size, BOX_STEPS, f, &m)) return false;
     if (!(m.hi + 2 * p->error <= g.far)) return false; /* or else a search may have ended beyond it */
     span s = {.lo = m.lo, .hi = m.hi, .method = NARROW_BY_SAT, .iterations = 1};
-    tell_points(p, &s, m.axis, m.point_a, m.point_b, out);
+    report_points(p, &s, m.axis, m.point_a, m.point_b, out);
     return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 

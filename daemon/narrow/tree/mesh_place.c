@@ -320,7 +320,7 @@ static bool visit_beside_core(mesh_walk *w, mesh_leaf *b, mesh_visit *visit, voi
 
 /* ---- two leaves ---- */
 
-static void tell_row(mesh_walk *w, const mesh_row *row, uint32_t i)
+static void report_row(mesh_walk *w, const mesh_row *row, uint32_t i)
 {
     w->lead = vec(row->lead[0][i], row->lead[1][i], row->lead[2][i]);
     w->from = vec(row->from[0][i], row->from[1][i], row->from[2][i]);
@@ -344,7 +344,7 @@ void mesh_leaf_visit_alone(mesh_walk *w, uint32_t triangle_a, uint32_t triangle_
     w->spot_a = &w->visited_a;
     w->triangle_a = triangle_a;
     w->edges = VEC_ZERO;
-    if (mesh_row_near(&a, &b, &only, INFINITY, &row)) tell_row(w, &row, 0);
+    if (mesh_row_near(&a, &b, &only, INFINITY, &row)) report_row(w, &row, 0);
 }
 
 static unsigned all_pairs(const mesh_leaf *a, const mesh_leaf *b)
@@ -384,7 +384,7 @@ static bool visit_picks(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, const mesh_pic
         w->spot_b = &w->visited;
         w->triangle_a = a->first + of_a;
         w->triangle_b = b->first + of_b;
-        tell_row(w, &row, i);
+        report_row(w, &row, i);
         w->visits++;
         uint32_t aims = w->aims;
         if (!visit(w, context)) return false;

@@ -16,7 +16,7 @@ static const wire_dds_profile profiles[WIRE_KIND_COUNT] = {
     [WIRE_BODY] = {.late_joiners = true, .writer_depth = 1, .reader_depth = 1},
     [WIRE_POSE_BATCH] = {.writer_depth = 256, .reader_depth = 1024},
     [WIRE_VERTEX_BATCH] = {.writer_depth = 64, .reader_depth = 256},
-    [WIRE_INTEREST] = {.late_joiners = true, .writer_depth = 1, .reader_depth = 1},
+    [WIRE_SUBSCRIPTION] = {.late_joiners = true, .writer_depth = 1, .reader_depth = 1},
     [WIRE_QUERY] = {.writer_depth = 256, .reader_depth = 1024},
     [WIRE_RECEIPT] = {.writer_depth = 256, .reader_depth = 1024},
     [WIRE_ANSWER] = {.writer_depth = 1024, .reader_depth = 1024},

@@ -1,5 +1,5 @@
-/* interests: subscribing and unsubscribing. The stream's reader is there before the interest is announced, so that its
- * first batch finds it. The caller's thread. */
+/* subscriptions: subscribing and unsubscribing. The stream's reader is there before the subscription is announced, so
+ * that its first batch finds it. The caller's thread. */
 #include "allocate.h"
 #include "announce.h"
 #include "message.h"
@@ -11,14 +11,14 @@
 
 enum { FIRST_RESYNC_S = 2 };
 
-static wire_message interest_message(
-    const collided *c, int32_t id, const char *stream, const collided_interest_def *def)
+static wire_message subscription_message(
+    const collided *c, int32_t id, const char *stream, const collided_subscription_def *def)
 {
-    return (wire_message){.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    return (wire_message){.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = c->id,
             .sequence = c->sequence + 1,
-            .interest = id,
+            .subscription = id,
             .facts = (int32_t)def->facts,
             .stream = stream,
             .select_a = def->select_a ? def->select_a : "*",
@@ -33,11 +33,12 @@ static wire_message interest_message(
             .rate_hz = def->rate_hz}};
 }
 
-static interest_record *add_interest_record(collided *c, const char *stream, const collided_interest_def *def)
+static subscription_record *add_subscription_record(
+    collided *c, const char *stream, const collided_subscription_def *def)
 {
-    interest_record *i = allocate(1, sizeof *i);
+    subscription_record *i = allocate(1, sizeof *i);
     int64_t now = session_monotonic_ns();
-    *i = (interest_record){.id = c->next_interest++,
+    *i = (subscription_record){.id = c->next_subscription++,
         .stream = duplicate(stream),
         .callback = def->callback,
         .context = def->context,
@@ -46,52 +47,53 @@ static interest_record *add_interest_record(collided *c, const char *stream, con
         .each_tick = def->rate_hz == 0,
         .resync_wait_ns = FIRST_RESYNC_S * NS_PER_S,
         .resync_ns = now + FIRST_RESYNC_S * NS_PER_S,
-        .heard_ns = now,
+        .last_seen_ns = now,
         .patience_ns = c->lease_ns > SESSION_SILENCE_NS ? c->lease_ns : SESSION_SILENCE_NS,
-        .next = c->interests};
-    c->interests = i;
+        .next = c->subscriptions};
+    c->subscriptions = i;
     return i;
 }
 
-collided_interest collided_subscribe(collided *c, const collided_interest_def *def)
+collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
 {
-    const collided_interest none = {COLLIDED_NONE};
+    const collided_subscription none = {COLLIDED_NONE};
     if (c->on_arrival && c->in_callback) {
         (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "on_arrival: subscribe from outside of callbacks");
         return none;
     }
     char own[WIRE_NAME_MAX + 1];
-    (void)snprintf(own, sizeof own, "%016llx.%d", (unsigned long long)c->id, c->next_interest);
+    (void)snprintf(own, sizeof own, "%016llx.%d", (unsigned long long)c->id, c->next_subscription);
     const char *stream = def->stream ? def->stream : own;
     pthread_mutex_lock(&c->lock);
-    wire_message m = interest_message(c, c->next_interest, stream, def);
+    wire_message m = subscription_message(c, c->next_subscription, stream, def);
     wire_refusal why;
     bool fits = wire_check(&m, &why) == WIRE_OK && def->callback;
     pthread_mutex_unlock(&c->lock);
     if (!fits) {
-        (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "interest: %s", def->callback ? why.text : "callback is needed");
+        (void)session_fail(
+            c, COLLIDED_BAD_ARGUMENT, "subscription: %s", def->callback ? why.text : "callback is needed");
         return none;
     }
     if (c->link->ops->stream_open(c->link, stream)) {
         (void)session_fail(c, COLLIDED_TRANSPORT, "cannot read the stream '%s'", stream);
         return none;
     }
-    interest_record *i = add_interest_record(c, stream, def);
+    subscription_record *i = add_subscription_record(c, stream, def);
     pthread_mutex_lock(&c->lock);
     announce(c, &i->announced, message_copy(&m));
     pthread_mutex_unlock(&c->lock);
-    return (collided_interest){i->id};
+    return (collided_subscription){i->id};
 }
 
-collided_status collided_unsubscribe(collided *c, collided_interest interest)
+collided_status collided_unsubscribe(collided *c, collided_subscription subscription)
 {
-    interest_record *i = c->interests;
-    while (i && (i->id != interest.id || i->removed)) i = i->next;
-    if (!i) return session_fail(c, COLLIDED_UNKNOWN_ID, "there is no interest %d", interest.id);
-    const wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION,
+    subscription_record *i = c->subscriptions;
+    while (i && (i->id != subscription.id || i->removed)) i = i->next;
+    if (!i) return session_fail(c, COLLIDED_UNKNOWN_ID, "there is no subscription %d", subscription.id);
+    const wire_message m = {.kind = WIRE_SUBSCRIPTION,
+        .subscription = {.version = WIRE_VERSION,
             .client = c->id,
-            .interest = i->id,
+            .subscription = i->id,
             .removed = 1,
             .stream = "",
             .select_a = "",
@@ -104,7 +106,7 @@ collided_status collided_unsubscribe(collided *c, collided_interest interest)
     return COLLIDED_OK;
 }
 
-static void free_record(interest_record *i)
+static void free_record(subscription_record *i)
 {
     stream_drop_parts(i);
     free(i->parts);
@@ -113,10 +115,10 @@ static void free_record(interest_record *i)
 }
 
 /* Outside of callbacks, since one may unsubscribe the very stream that it is called for. */
-void interests_sweep(collided *c)
+void subscriptions_sweep(collided *c)
 {
-    for (interest_record **at = &c->interests; *at;) {
-        interest_record *i = *at;
+    for (subscription_record **at = &c->subscriptions; *at;) {
+        subscription_record *i = *at;
         if (i->removed && i->stream) {
             c->link->ops->stream_close(c->link, i->stream);
             free(i->stream);
@@ -134,12 +136,12 @@ void interests_sweep(collided *c)
     }
 }
 
-void interests_free(collided *c)
+void subscriptions_free(collided *c)
 {
-    for (interest_record *i = c->interests, *next; i; i = next) {
+    for (subscription_record *i = c->subscriptions, *next; i; i = next) {
         next = i->next;
         announce_drop(c, &i->announced);
         free_record(i);
     }
-    c->interests = NULL;
+    c->subscriptions = NULL;
 }

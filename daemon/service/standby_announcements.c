@@ -1,6 +1,6 @@
-/* standby_cards: what the daemons of a pair say of themselves, a card each, with role and epoch: what is to be found
- * among them, and in which order they stand: who stays of two that are active, who goes first of two that wait. Tick
- * thread. */
+/* standby_announcements: what the daemons of a pair say of themselves, a announcement each, with role and epoch: what
+ * is to be found among them, and in which order they stand: who stays of two that are active, who goes first of two
+ * that wait. Tick thread. */
 #include "standby_parts.h"
 
 #include "base/clock.h"
@@ -9,16 +9,16 @@
 
 static const int64_t EPOCH_MOST = INT64_MAX / 2; /* no clock shows more */
 
-void card_say(service *s, peer_role role)
+void announcement_say(service *s, peer_role role)
 {
     struct standby *p = s->standby;
     p->said_ns = s->monotonic_ns;
-    p->card.role = (uint8_t)role;
-    p->card.epoch = role == PEER_JOINING ? 0 : s->epoch;
-    p->link->ops->peers->say(p->link, &p->card);
+    p->announcement.role = (uint8_t)role;
+    p->announcement.epoch = role == PEER_JOINING ? 0 : s->epoch;
+    p->link->ops->peers->say(p->link, &p->announcement);
 }
 
-peer_card *card_of(struct standby *p, int64_t sender)
+peer_announcement *announcement_of(struct standby *p, int64_t sender)
 {
     for (size_t i = 0; i < p->peers.count; i++)
         if (p->peers.at[i].sender == sender) return &p->peers.at[i];
@@ -26,39 +26,39 @@ peer_card *card_of(struct standby *p, int64_t sender)
 }
 
 /* Two that began within one quantum of the clock have the same epoch. */
-bool card_stays(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender)
+bool announcement_stays(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender)
 {
     return epoch != other_epoch ? epoch > other_epoch : sender < other_sender;
 }
 
-const peer_card *card_of_active(const struct standby *p)
+const peer_announcement *announcement_of_active(const struct standby *p)
 {
-    const peer_card *first = NULL;
+    const peer_announcement *first = NULL;
     for (size_t i = 0; i < p->peers.count; i++) {
-        const peer_card *c = &p->peers.at[i];
-        if (!c->alive || c->role != PEER_ACTIVE || strcmp(c->release, p->card.release) != 0) continue;
-        if (!first || card_stays(c->epoch, c->sender, first->epoch, first->sender)) first = c;
+        const peer_announcement *c = &p->peers.at[i];
+        if (!c->alive || c->role != PEER_ACTIVE || strcmp(c->release, p->announcement.release) != 0) continue;
+        if (!first || announcement_stays(c->epoch, c->sender, first->epoch, first->sender)) first = c;
     }
     return first;
 }
 
-bool card_is_there(const struct standby *p, peer_role role)
+bool announcement_is_there(const struct standby *p, peer_role role)
 {
     for (size_t i = 0; i < p->peers.count; i++)
         if (p->peers.at[i].alive && p->peers.at[i].role == role) return true;
     return false;
 }
 
-bool card_is_before_us(const struct standby *p, peer_role role)
+bool announcement_is_before_us(const struct standby *p, peer_role role)
 {
     for (size_t i = 0; i < p->peers.count; i++) {
-        const peer_card *c = &p->peers.at[i];
-        if (c->alive && c->role == role && c->sender < p->card.sender) return true;
+        const peer_announcement *c = &p->peers.at[i];
+        if (c->alive && c->role == role && c->sender < p->announcement.sender) return true;
     }
     return false;
 }
 
-void cards_forget_dead(struct standby *p)
+void announcements_forget_dead(struct standby *p)
 {
     for (size_t i = p->peers.count; i-- > 0;)
         if (!p->peers.at[i].alive && p->peers.at[i].sender != p->active) p->peers.at[i] = p->peers.at[--p->peers.count];
@@ -66,7 +66,7 @@ void cards_forget_dead(struct standby *p)
 
 /* Above all that we have had or heard of, although the clock may have been set back: clients that knew one of those
  * would not believe a lower one until they had heard nothing for a while. */
-int64_t card_new_line(const service *s)
+int64_t announcement_new_line(const service *s)
 {
     int64_t by_clock = wire_new_line(clock_wall_ns());
     int64_t known = s->epoch > s->standby->heard_epoch ? s->epoch : s->standby->heard_epoch;

@@ -1,12 +1,12 @@
-/* ladder: what is asked of a pair, and how it is answered: by bounds that stand (bounds.c), or by the narrow phase in
- * rungs; and at what price (work.c). */
-#ifndef COLLIDED_WORLD_LADDER_H
-#define COLLIDED_WORLD_LADDER_H
+/* cascade: what is asked of a pair, and how it is answered: by bounds that stand (bounds.c), or by the narrow phase in
+ * stages; and at what price (work.c). */
+#ifndef COLLIDED_WORLD_CASCADE_H
+#define COLLIDED_WORLD_CASCADE_H
 
 #include "state.h"
 
-/* ladder.c */
-typedef struct demand { /* what all interests in a pair ask together */
+/* cascade.c */
+typedef struct demand { /* what all subscriptions in a pair ask together */
     narrow_request request;
     double limit;      /* m: beyond it nobody is told anything */
     bool coarse;       /* bounds will do for all */
@@ -15,15 +15,15 @@ typedef struct demand { /* what all interests in a pair ask together */
     bool verdict_only; /* a verdict will, of one threshold */
 } demand;
 /* Of a pair of which somebody was told something, hysteresis is part of what is asked. */
-demand ladder_demand(const world *w, const pair *p);
-/* Rungs 4 and on, from nothing: the number of narrow queries. */
-uint32_t ladder_ask(
+demand cascade_demand(const world *w, const pair *p);
+/* Stages 4 and on, from nothing: the number of narrow queries. */
+uint32_t cascade_ask(
     const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
 /* Widens an answer by the rounding of the relative pose; one that is no longer within the tolerance says so. */
-void ladder_allow_for_pose(
-    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r);
-void ladder_decide(world *w);
-double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
+void cascade_allow_for_pose(
+    const world *w, const collider *a, const collider *b, const pose *b_in_a, double tolerance, narrow_result *r);
+void cascade_decide(world *w);
+double pair_size(const collider *a, const collider *b); /* m: the finite reaches */
 
 /* bounds.c */
 bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
@@ -36,12 +36,12 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 
 /* work.c */
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
-uint32_t work_of_bounds(const solid *a, const solid *b);
-void work_price(solid *s);                                                    /* fills apart, overlapping */
-uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
+uint32_t work_of_bounds(const collider *a, const collider *b);
+void work_price(collider *s);                                                       /* fills apart, overlapping */
+uint32_t work_of(const collider *a, const collider *b, const demand *d, double lo); /* units of a refinement */
 /* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
 size_t work_order(world *w);
 void work_learn(world *w, size_t todo, size_t refined, uint64_t done); /* what came of it */
-void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
+void work_charge(world *w); /* what subscriptions cost, and what of theirs is left undone */
 
 #endif

@@ -1,7 +1,7 @@
-/* solid: where the shapes of bodies stand: in the world, in the broad phase, and seen from each other. A calm body
+/* collider: where the shapes of bodies stand: in the world, in the broad phase, and seen from each other. A calm body
  * moves without them: they follow when somebody asks. Tick thread; what is asked of a const world by the pool, too. */
 #include "calm.h"
-#include "ladder.h"
+#include "cascade.h"
 #include "state.h"
 
 #include "base/sort.h"
@@ -28,19 +28,19 @@ void body_account(world *w, uint32_t id)
     array_push(&w->glided, id);
 }
 
-pose solid_pose(const world *w, const solid *s)
+pose collider_pose(const world *w, const collider *s)
 {
     const body *b = &w->bodies.at[s->body];
-    return b->behind ? solid_at(settled_pose(w, b), s) : s->world;
+    return b->behind ? collider_at(settled_pose(w, b), s) : s->world;
 }
 
-void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local)
+void collider_stand(const world *w, const collider *s, pose *body_pose, pose *local)
 {
     const body *b = &w->bodies.at[s->body];
     *body_pose = settled_pose(w, b);
     *local = s->local;
     if (b->behind) return;
-    pose is = solid_at(*body_pose, s);
+    pose is = collider_at(*body_pose, s);
     if (memcmp(&is, &s->world, sizeof is) == 0) return;
     *body_pose = s->world; /* it has teleported since */
     *local = POSE_IDENTITY;
@@ -51,8 +51,8 @@ void body_settle_shapes(world *w, body *b)
     if (!b->behind) return;
     b->behind = false;
     for (size_t i = 0; i < b->shape_count; i++) {
-        solid *s = &w->solids.at[b->shapes[i]];
-        s->world = solid_at(settled_pose(w, b), s);
+        collider *s = &w->colliders.at[b->shapes[i]];
+        s->world = collider_at(settled_pose(w, b), s);
         s->box = shape_bounds(&s->shape, s->world);
     }
 }
@@ -60,7 +60,7 @@ void body_settle_shapes(world *w, body *b)
 /* ---- in the broad phase ---- */
 
 /* A tenth of the shape; what it moves, the broad phase adds ahead of it. */
-double body_margin(const world *w, const solid *s)
+double body_margin(const world *w, const collider *s)
 {
     double reach = isfinite(s->reach) ? s->reach : 0;
     return w->options.margin * reach;
@@ -88,16 +88,16 @@ static inline void fetch_ahead(const world *w, size_t i)
     if (!is_spared(w, b)) __builtin_prefetch(b->shapes);
     b = &w->bodies.at[w->dirty.at[i + SHAPES_AHEAD]];
     if (is_spared(w, b) || !b->shape_count) return;
-    const char *s = (const char *)&w->solids.at[b->shapes[0]];
-    for (size_t at = 0; at < sizeof(solid); at += LINE) __builtin_prefetch(s + at);
+    const char *s = (const char *)&w->colliders.at[b->shapes[0]];
+    for (size_t at = 0; at < sizeof(collider); at += LINE) __builtin_prefetch(s + at);
 }
 
 static void put_shapes(world *w, body *b)
 {
     bool sweeps = b->impacts || b->horizon > 0, passive = !b->match; /* nobody asks for it */
     for (size_t k = 0; k < b->shape_count; k++) {
-        solid *s = &w->solids.at[b->shapes[k]];
-        s->world = solid_at(b->pose, s);
+        collider *s = &w->colliders.at[b->shapes[k]];
+        s->world = collider_at(b->pose, s);
         s->box = shape_bounds(&s->shape, s->world);
         aabb box = sweeps ? body_swept_bounds(w, b, s, s->box) : s->box;
         broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
@@ -158,7 +158,7 @@ static pose relative_of(pose body_a, pose local_a, pose body_b, pose local_b)
 }
 
 /* Of two shapes at their bodies' origins the same numbers, without the products that change nothing. */
-pose solid_relative(const world *w, const solid *a, const solid *b)
+pose collider_relative(const world *w, const collider *a, const collider *b)
 {
     if (a->at_origin && b->at_origin) {
         pose relative = pose_relative(w->bodies.at[a->body].pose, w->bodies.at[b->body].pose);
@@ -168,24 +168,24 @@ pose solid_relative(const world *w, const solid *a, const solid *b)
     return relative_of(w->bodies.at[a->body].pose, a->local, w->bodies.at[b->body].pose, b->local);
 }
 
-pose solid_settled_relative(const world *w, const solid *a, const solid *b)
+pose collider_settled_relative(const world *w, const collider *a, const collider *b)
 {
     pose body_a, local_a, body_b, local_b;
-    solid_stand(w, a, &body_a, &local_a);
-    solid_stand(w, b, &body_b, &local_b);
+    collider_stand(w, a, &body_a, &local_a);
+    collider_stand(w, b, &body_b, &local_b);
     return relative_of(body_a, local_a, body_b, local_b);
 }
 
 /* Two more products of poses and one more of matrices: the positions are off by some 20 roundoffs of the arms and of
  * what lies between the bodies, the directions by 8. */
-double solid_relative_error(const world *w, const solid *a, const solid *b)
+double collider_relative_error(const world *w, const collider *a, const collider *b)
 {
     if (a->at_origin && b->at_origin) return 0;
     vec3 between = vec_sub(w->bodies.at[b->body].pose.p, w->bodies.at[a->body].pose.p);
     return 0x1p-48 * (vec_norm(a->local.p) + vec_norm(b->local.p) + vec_norm(between)) + 0x1p-50 * pair_size(a, b);
 }
 
-bool solids_in_order(const world *w, const solid *a, const solid *b)
+bool colliders_in_order(const world *w, const collider *a, const collider *b)
 {
     bool first = narrow_ordered(&a->shape, 0, &b->shape, 1);
     if (!first || !narrow_ordered(&b->shape, 0, &a->shape, 1)) return first;

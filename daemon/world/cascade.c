@@ -1,16 +1,16 @@
-/* ladder: decides the active pairs, cheapest proof first, in parallel. Each pair reads the world, and writes its own
+/* cascade: decides the active pairs, cheapest proof first, in parallel. Each pair reads the world, and writes its own
  * cache and its own outcome only; so the result does not depend on who computes it.
  *
- * The cheap rungs may only say "beyond all that anybody asked, proven, and by more than the width of any answer": then
+ * The cheap stages may only say "beyond all that anybody asked, proven, and by more than the width of any answer": then
  * a full query would say so too, and no event depends on which one it was. A pair of which somebody has been told
  * something is always asked in full, and from nothing: the cache never enters an answer.
  *
  * Where bounds are all that is asked (bounds.c), bounds are all that is found. With a budget every pair that the cheap
- * rungs leave open gets bounds that hold first, and is refined then in the order of need, as far as units of work are
+ * stages leave open gets bounds that hold first, and is refined then in the order of need, as far as units of work are
  * granted (work.c). */
-#include "ladder.h"
-#include "interest.h"
+#include "cascade.h"
 #include "state.h"
+#include "subscription.h"
 
 #include "base/array.h"
 
@@ -30,17 +30,17 @@ static const double TOLERANCE_OF_BOXES = 0.5;
 
 enum { NOW = WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD }; /* facts about how a pair stands */
 
-static double tolerance_of(const interest *i, double size)
+static double tolerance_of(const subscription *i, double size)
 {
-    if (i->accuracy == WORLD_BY_TOLERANCE) return interest_tolerance(i, size);
+    if (i->accuracy == WORLD_BY_TOLERANCE) return subscription_tolerance(i, size);
     return (i->accuracy == WORLD_BY_BOXES ? TOLERANCE_OF_BOXES : TOLERANCE_OF_VERDICTS) * size;
 }
 
 /* Two that ask with hysteresis may stand at either end of it. */
-static void add_demand(demand *d, const interest *i, const pair_terms *terms, double size, bool told)
+static void add_demand(demand *d, const subscription *i, const pair_terms *terms, double size, bool reported)
 {
     narrow_request *r = &d->request;
-    double wider = told ? i->hysteresis : 0;
+    double wider = reported ? i->hysteresis : 0;
     double threshold = i->threshold + terms->padding + wider, range = i->range + terms->margin + wider;
     bool touch = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
     d->hysteresis |= touch && i->hysteresis > 0;
@@ -65,10 +65,10 @@ static void add_demand(demand *d, const interest *i, const pair_terms *terms, do
     if (i->facts & WORLD_MANIFOLD) r->facts |= NARROW_MANIFOLD;
 }
 
-demand ladder_demand(const world *w, const pair *p)
+demand cascade_demand(const world *w, const pair *p)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    bool told = pair_is_told(w, p);
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    bool reported = pair_is_reported(w, p);
     pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
     demand d = {.request = {.tolerance = INFINITY,
@@ -79,116 +79,117 @@ demand ladder_demand(const world *w, const pair *p)
         .limit = -INFINITY,
         .coarse = true,
         .verdict_only = true};
-    match_list wanted = interest_list(w, p);
+    match_list wanted = subscription_list(w, p);
     for (uint32_t k = 0; k < wanted.count; k++) {
-        const interest *i = &w->interests.at[wanted.at[k]];
-        if (i->facts & NOW) add_demand(&d, i, &terms, size, told);
+        const subscription *i = &w->subscriptions.at[wanted.at[k]];
+        if (i->facts & NOW) add_demand(&d, i, &terms, size, reported);
     }
     if (!isfinite(d.request.threshold)) d.request.threshold = 0;
     d.request.range = fmax(d.request.range, d.request.threshold);
     return d;
 }
 
-/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state.
+/* Does the cascade build on what earlier ticks found? With a budget always: what was left undone is part of the state.
  */
 static bool remembers(const world *w)
 {
     return w->options.caches || w->grant;
 }
 
-/* Rungs 2 and 3: settled without looking at the shapes, or along the cached axis. Where there is none, or the pair has
+/* Stages 2 and 3: settled without looking at the shapes, or along the cached axis. Where there is none, or the pair has
  * turned away from it, a guess and what its support points lead to are tried before the narrow phase is asked. */
 static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double limit, outcome *out)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     narrow_cache *c = &p->cache;
-    out->rung = RUNG_MOTION_BOUND;
+    out->stage = STAGE_MOTION_BOUND;
     out->cost = WORK_A_MOTION_BOUND;
     if (!vec_equal(c->axis, VEC_ZERO) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit)
         return true;
     if (w->grant) return false; /* what looks at shapes is granted: bounds_find looks along the same axes */
-    out->rung = RUNG_CACHED_AXIS;
+    out->stage = STAGE_CACHED_AXIS;
     out->cost = WORK_AN_AXIS;
     return narrow_apart(&a->shape, &b->shape, b_in_a, limit, c);
 }
 
-static void settle(outcome *out, world_rung rung, uint32_t cost)
+static void settle(outcome *out, world_stage stage, uint32_t cost)
 {
-    *out = (outcome){.rung = (uint8_t)rung, .settled = true, .cost = cost, .result = WORLD_NONE};
+    *out = (outcome){.stage = (uint8_t)stage, .settled = true, .cost = cost, .result = WORLD_NONE};
 }
 
-/* As far as the cheap rungs have to prove a pair to be apart, for what is asked; the rounding of its relative pose
+/* As far as the cheap stages have to prove a pair to be apart, for what is asked; the rounding of its relative pose
  * comes on top. */
-static double far_enough(const solid *a, const solid *b, const demand *d)
+static double far_enough(const collider *a, const collider *b, const demand *d)
 {
     return d->limit + (d->request.tolerance + WIDEST_ANSWER * pair_size(a, b));
 }
 
-/* The same of a pair of which nobody has been told: kept until an interest changes, or what its bodies' rules say. */
+/* The same of a pair of which nobody has been told: kept until a subscription changes, or what its bodies' rules say.
+ */
 static double kept_far_enough(const world *w, pair *p)
 {
     if (p->asked_epoch == w->epoch) return p->beyond;
-    demand d = ladder_demand(w, p);
+    demand d = cascade_demand(w, p);
     p->asked_epoch = w->epoch;
-    p->beyond = far_enough(&w->solids.at[p->a], &w->solids.at[p->b], &d);
+    p->beyond = far_enough(&w->colliders.at[p->a], &w->colliders.at[p->b], &d);
     return p->beyond;
 }
 
 /* Without a budget, and where nobody asks for bounds. */
 static void look_for_proof(const world *w, pair *p, outcome *out)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    bool told = pair_is_told(w, p);
-    double beyond = told ? ladder_demand(w, p).limit : kept_far_enough(w, p);
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    bool reported = pair_is_reported(w, p);
+    double beyond = reported ? cascade_demand(w, p).limit : kept_far_enough(w, p);
     if (!(beyond > -INFINITY)) {
-        settle(out, RUNG_UNASKED, 0);
-    } else if (!told && remembers(w)) {
-        pose b_in_a = solid_relative(w, a, b);
-        out->settled = settle_cheaply(w, p, &b_in_a, beyond + 2 * solid_relative_error(w, a, b), out);
+        settle(out, STAGE_UNASKED, 0);
+    } else if (!reported && remembers(w)) {
+        pose b_in_a = collider_relative(w, a, b);
+        out->settled = settle_cheaply(w, p, &b_in_a, beyond + 2 * collider_relative_error(w, a, b), out);
     }
 }
 
 /* Where bounds are all that is asked, those that stand are enough; otherwise they say where a budget begins. */
 static void look_at_bounds(const world *w, pair *p, outcome *out)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     out->stands = bounds_stand(w, p);
     if (out->stands && p->standing.enough) { /* and nobody asks for more since */
-        settle(out, RUNG_STANDING, WORK_A_MOTION_BOUND);
+        settle(out, STAGE_STANDING, WORK_A_MOTION_BOUND);
         return;
     }
-    demand d = ladder_demand(w, p);
+    demand d = cascade_demand(w, p);
     if (!(d.limit > -INFINITY)) {
-        settle(out, RUNG_UNASKED, 0);
+        settle(out, STAGE_UNASKED, 0);
         return;
     }
     out->coarse = d.coarse;
-    if (!d.coarse && !out->stands && remembers(w) && !pair_is_told(w, p)) {
-        pose b_in_a = solid_relative(w, a, b);
-        double beyond = far_enough(a, b, &d) + 2 * solid_relative_error(w, a, b);
+    if (!d.coarse && !out->stands && remembers(w) && !pair_is_reported(w, p)) {
+        pose b_in_a = collider_relative(w, a, b);
+        double beyond = far_enough(a, b, &d) + 2 * collider_relative_error(w, a, b);
         out->settled = settle_cheaply(w, p, &b_in_a, beyond, out);
     }
     out->floor = out->stands && p->standing.floor;
     if (out->stands) out->work = work_of(a, b, &d, p->standing.lo);
-    if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
+    if (out->stands) out->stage = STAGE_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
-/* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two solids,
- * and where their bodies are. */
+/* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two
+ * colliders, and where their bodies are. */
 static inline void fetch_pairs_ahead(const world *w, size_t k)
 {
-    enum { PAIRS_AHEAD = 12, SOLIDS_AHEAD = 8, THEIR_BODIES_AHEAD = 4, A_LINE = 64 };
+    enum { PAIRS_AHEAD = 12, COLLIDERS_AHEAD = 8, THEIR_BODIES_AHEAD = 4, A_LINE = 64 };
     if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
     const char *next = (const char *)&w->pairs.at[w->active_pairs.at[k + PAIRS_AHEAD]];
     for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(next + at);
-    const pair *p = &w->pairs.at[w->active_pairs.at[k + SOLIDS_AHEAD]];
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const pair *p = &w->pairs.at[w->active_pairs.at[k + COLLIDERS_AHEAD]];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     __builtin_prefetch(&a->shape);
     __builtin_prefetch(&a->reach);
     __builtin_prefetch(&b->shape);
     __builtin_prefetch(&b->reach);
     p = &w->pairs.at[w->active_pairs.at[k + THEIR_BODIES_AHEAD]];
-    const body *x = &w->bodies.at[w->solids.at[p->a].body], *y = &w->bodies.at[w->solids.at[p->b].body];
+    const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
     __builtin_prefetch(&x->pose);
     __builtin_prefetch(&x->shapes);
     __builtin_prefetch(&y->pose);
@@ -203,8 +204,8 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     for (size_t k = begin; k < end; k++) {
         fetch_pairs_ahead(w, k);
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        bool stale = w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale;
-        w->outcomes.at[k] = (outcome){.rung = RUNG_UNKNOWN, .settled = stale, .result = WORLD_NONE};
+        bool stale = w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale;
+        w->outcomes.at[k] = (outcome){.stage = STAGE_UNKNOWN, .settled = stale, .result = WORLD_NONE};
         if (stale)
             p->standing.epoch = 0;
         else
@@ -212,21 +213,21 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     }
 }
 
-static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
-    [NARROW_BY_CLOSED_FORM] = RUNG_CLOSED_FORM,
-    [NARROW_BY_GJK] = RUNG_GJK,
-    [NARROW_BY_EPA] = RUNG_EPA,
-    [NARROW_BY_SAT] = RUNG_SAT,
-    [NARROW_BY_CCD] = RUNG_CCD,
-    [NARROW_BY_MPR] = RUNG_MPR,
+static const uint8_t STAGE_OF_METHOD[NARROW_METHOD_COUNT] = {
+    [NARROW_BY_CLOSED_FORM] = STAGE_CLOSED_FORM,
+    [NARROW_BY_GJK] = STAGE_GJK,
+    [NARROW_BY_EPA] = STAGE_EPA,
+    [NARROW_BY_SAT] = STAGE_SAT,
+    [NARROW_BY_CCD] = STAGE_CCD,
+    [NARROW_BY_MPR] = STAGE_MPR,
 };
 
 /* The relative pose is rounded. Answers in doubles allow for it, but for the bodies' arms; refined ones are as narrow
  * as the pose is exact. */
-void ladder_allow_for_pose(
-    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r)
+void cascade_allow_for_pose(
+    const world *w, const collider *a, const collider *b, const pose *b_in_a, double tolerance, narrow_result *r)
 {
-    double moved = solid_relative_error(w, a, b);
+    double moved = collider_relative_error(w, a, b);
     bool was_narrow = r->hi - r->lo <= tolerance;
     if (r->refined) moved += 0x1p-49 * (pair_size(a, b) + vec_norm(b_in_a->p));
     r->lo -= moved;
@@ -246,31 +247,31 @@ static double tolerance_within(double tolerance, double moved)
 static uint32_t ask_at(const world *w, const pair *p, const pose *b_in_a, const demand *d, narrow_cache *cache,
     void *scratch, narrow_result *r)
 {
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     narrow_request request = d->request;
-    bool told = pair_is_told(w, p);
+    bool reported = pair_is_reported(w, p);
     uint32_t asked = 0;
-    request.tolerance = tolerance_within(request.tolerance, solid_relative_error(w, a, b));
-    if (d->verdict_only || (!told && !(request.facts & NARROW_DISTANCE))) {
+    request.tolerance = tolerance_within(request.tolerance, collider_relative_error(w, a, b));
+    if (d->verdict_only || (!reported && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
         narrow_query(&a->shape, &b->shape, b_in_a, &request, cache, scratch, r);
-        ladder_allow_for_pose(w, a, b, b_in_a, d->request.tolerance, r);
+        cascade_allow_for_pose(w, a, b, b_in_a, d->request.tolerance, r);
         if (d->verdict_only || r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
-        told = true;
+        reported = true;
         asked = 1;
     }
     request.facts |= NARROW_DISTANCE;
-    if (told) request.range = INFINITY;
+    if (reported) request.range = INFINITY;
     narrow_query(&a->shape, &b->shape, b_in_a, &request, cache, scratch, r);
-    ladder_allow_for_pose(w, a, b, b_in_a, d->request.tolerance, r);
+    cascade_allow_for_pose(w, a, b, b_in_a, d->request.tolerance, r);
     return asked + 1;
 }
 
-uint32_t ladder_ask(
+uint32_t cascade_ask(
     const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r)
 {
-    pose b_in_a = solid_relative(w, &w->solids.at[p->a], &w->solids.at[p->b]);
+    pose b_in_a = collider_relative(w, &w->colliders.at[p->a], &w->colliders.at[p->b]);
     return ask_at(w, p, &b_in_a, d, cache, scratch, r);
 }
 
@@ -292,13 +293,13 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
 {
     outcome *out = &w->outcomes.at[k];
     pair *p = &w->pairs.at[w->active_pairs.at[k]];
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, p);
-    pose b_in_a = solid_relative(w, a, b);
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    demand d = cascade_demand(w, p);
+    pose b_in_a = collider_relative(w, a, b);
     narrow_cache none = {.lower = 0};
     out->asked = (uint8_t)ask_at(w, p, &b_in_a, &d, w->options.caches ? &p->cache : &none, scratch, r);
     out->cost = work_of(a, b, &d, r->lo);
-    out->rung = RUNG_OF_METHOD[r->method];
+    out->stage = STAGE_OF_METHOD[r->method];
     out->left = false;
     keep(w, p, &b_in_a, r);
 }
@@ -322,21 +323,21 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
     for (size_t n = begin; n < end; n++) {
         uint32_t k = w->open.at[n];
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+        const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
         outcome *out = &w->outcomes.at[k];
         narrow_result *r = &w->results.at[n];
         if (n >= w->bounded && out->floor) { /* still */
             out->left = true;
             continue;
         }
-        demand d = ladder_demand(w, p);
-        pose b_in_a = solid_relative(w, a, b);
+        demand d = cascade_demand(w, p);
+        pose b_in_a = collider_relative(w, a, b);
         if (n < w->bounded)
             bounds_find(w, p, &b_in_a, d.limit, !out->coarse && remembers(w), w->scratch[worker], r);
         else
             bounds_floor(w, p, &b_in_a, r);
         r->status = out->coarse && n < w->bounded ? NARROW_CERTAIN : NARROW_WIDE;
-        out->rung = RUNG_BOUNDS;
+        out->stage = STAGE_BOUNDS;
         out->cost = work_of_bounds(a, b);
         out->result = (uint32_t)n;
         out->left = n >= w->bounded;
@@ -406,7 +407,7 @@ static size_t count_possible(const world *w, size_t from, uint64_t granted, uint
 {
     for (; from < w->open.count; from++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[from]]];
-        uint64_t work = work_of_bounds(&w->solids.at[p->a], &w->solids.at[p->b]);
+        uint64_t work = work_of_bounds(&w->colliders.at[p->a], &w->colliders.at[p->b]);
         if (*done + work > granted) break;
         *done += work;
     }
@@ -497,7 +498,7 @@ static void count_outcomes(world *w)
 {
     w->figures.pair_ticks += w->active_pairs.count;
     for (size_t i = 0; i < w->active_pairs.count; i++) {
-        w->figures.rungs[w->outcomes.at[i].rung]++;
+        w->figures.stages[w->outcomes.at[i].stage]++;
         w->figures.narrow_queries += w->outcomes.at[i].asked;
     }
     for (size_t i = w->bounds; i < w->open.count; i++) {
@@ -515,7 +516,7 @@ static void lend_shells(world *w)
 {
     for (size_t i = w->bounds; i < w->open.count && w->options.caches; i++) {
         pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
-        shape_type a = w->solids.at[p->a].shape.type, b = w->solids.at[p->b].shape.type;
+        shape_type a = w->colliders.at[p->a].shape.type, b = w->colliders.at[p->b].shape.type;
         bool hulls =
             (a == SHAPE_HULL || a == SHAPE_BOX) && (b == SHAPE_HULL || b == SHAPE_BOX) && a + b != 2 * SHAPE_BOX;
         if (hulls && w->results.at[i].hi < 0 && !p->cache.shell)
@@ -523,7 +524,7 @@ static void lend_shells(world *w)
     }
 }
 
-void ladder_decide(world *w)
+void cascade_decide(world *w)
 {
     array_reserve(&w->outcomes, w->active_pairs.count);
     workers_run(w->workers, w->active_pairs.count, PAIRS_A_CHUNK, decide_cheaply, w);
