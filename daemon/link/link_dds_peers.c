@@ -70,7 +70,7 @@ static dds_entity_t open_end(
     return end;
 }
 
-/* The writers come first: who reads a announcement can be written to. */
+/* The writers come first: who reads an announcement can be written to. */
 bool dds_peers_join(dds_peers *p, dds_entity_t participant, int64_t lease_ns)
 {
     p->participant = participant;
@@ -129,7 +129,7 @@ static dds_peer *peer_of_sender(dds_peers *p, int64_t sender)
     return &p->peers.at[p->peers.count - 1];
 }
 
-/* A announcement may be read before or after news of its writer that came earlier or later: the news alone count. */
+/* An announcement may be read before or after news of its writer that came earlier or later: the news alone count. */
 static bool is_alive(const dds_peers *p, dds_instance_handle_t writer)
 {
     for (size_t i = 0; i < p->writers.count; i++)

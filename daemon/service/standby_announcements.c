@@ -1,4 +1,4 @@
-/* standby_announcements: what the daemons of a pair say of themselves, a announcement each, with role and epoch: what
+/* standby_announcements: what the daemons of a pair say of themselves, an announcement each, with role and epoch: what
  * is to be found among them, and in which order they stand: who stays of two that are active, who goes first of two
  * that wait. Tick thread. */
 #include "standby_parts.h"
