@@ -324,7 +324,6 @@ static const char *get_pair(bytes_in *from, world *w)
     p.cache = bare_cache(&p.cache);
     p.edition = 0;
     w->pairs.at[id] = p;
-    if (p.lingers) array_push(&w->lingering, id);
     w->lingers += p.lingers;
     pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
     return NULL;
@@ -404,7 +403,8 @@ typedef struct head {
 
 uint64_t world_saved_layout(void)
 {
-    const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
+    enum { LISTS = 2 /* changes with which lists are behind the rest */ };
+    const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
         sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
         sizeof(payer), sizeof(past_way), offsetof(body, past), offsetof(body, effort), offsetof(body, passed),
         offsetof(body, name), offsetof(subscription, events), offsetof(pair, swept_tick), offsetof(pair, standing),
@@ -513,6 +513,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->leaving);
     PUT_LIST(to, &w->held_now);
     PUT_LIST(to, &w->unknown_due);
+    PUT_LIST(to, &w->lingering); /* in the order in which their boxes parted: so they end */
 }
 
 /* There is room for them. */
@@ -636,6 +637,11 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     GET_LIST(from, &w->leaving);
     GET_LIST(from, &w->held_now);
     GET_LIST(from, &w->unknown_due);
+    GET_LIST(from, &w->lingering);
+    if (w->lingering.count != w->lingers) return "pairs that linger are missing";
+    for (size_t i = 0; i < w->lingering.count; i++)
+        if (w->lingering.at[i] >= w->pairs.count || !w->pairs.at[w->lingering.at[i]].lingers)
+            return "a pair that lingers is not there";
     for (size_t i = 0; i < w->held_now.count; i++)
         if (w->held_now.at[i] >= w->bodies.count) return "a body that is held is not there";
     for (size_t i = 0; i < w->leaving.count; i++)
