@@ -25,7 +25,8 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
         (uint64_t)client, wire_reason_name(why->reason), why->text);
     if (!limits_report_reject(s, client)) return;
     wire_message m = {.kind = WIRE_REJECT,
-        .reject = {WIRE_VERSION, client, sequence, s->epoch, (uint8_t)kind, object, (uint8_t)why->reason, why->text}};
+        .reject = {WIRE_VERSION, client, sequence, s->epoch, .kind = (uint8_t)kind, .object = object,
+            .reason = (uint8_t)why->reason, .text = why->text}};
     to->ops->publish(to, &m);
 }
 

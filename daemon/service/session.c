@@ -258,7 +258,8 @@ size_t session_bodies(const session *c)
 static void report_lost(service *s, session *c, const char *how)
 {
     wire_message m = {.kind = WIRE_REJECT,
-        .reject = {WIRE_VERSION, c->client, 0, s->epoch, WIRE_CLIENT, -1, WIRE_UNKNOWN_CLIENT, how}};
+        .reject = {WIRE_VERSION, c->client, .epoch = s->epoch, .kind = WIRE_CLIENT, .object = -1,
+            .reason = WIRE_UNKNOWN_CLIENT, .text = how}};
     c->link->ops->publish(c->link, &m);
 }
 

@@ -479,7 +479,8 @@ static void report_members(service *s, const char *text)
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         const wire_message m = {.kind = WIRE_REJECT,
-            .reject = {WIRE_VERSION, c->client, 0, s->epoch, WIRE_POSE_BATCH, -1, (uint8_t)WIRE_STEP_MISSED, text}};
+            .reject = {WIRE_VERSION, c->client, .epoch = s->epoch, .kind = WIRE_POSE_BATCH, .object = -1,
+                .reason = WIRE_STEP_MISSED, .text = text}};
         if (is_member(c)) c->link->ops->publish(c->link, &m);
     }
 }
