@@ -44,7 +44,7 @@ void broad_destroy(broad *b)
     if (!b) return;
     b->index->free(b);
     pairs_free(&b->pairs);
-    array_free(&b->proxies);
+    array_free_in_place(&b->proxies);
     array_free(&b->unbounded);
     array_free(&b->listed);
     array_free(&b->marks);
@@ -120,7 +120,7 @@ static inline bool may_stay(const proxy *p, const broad_move *move)
 
 static proxy *proxy_at(broad *b, uint32_t id)
 {
-    array_reserve(&b->proxies, (size_t)id + 1);
+    array_reserve_in_place(&b->proxies, (size_t)id + 1);
     while (b->proxies.count <= id) b->proxies.at[b->proxies.count++] = (proxy){.pending = NOTHING_PENDING};
     return &b->proxies.at[id];
 }

@@ -17,7 +17,7 @@ void pairs_init(pairs *p)
 void pairs_free(pairs *p)
 {
     array_free_in_place(&p->records);
-    array_free(&p->lists);
+    array_free_in_place(&p->lists);
     pairs_init(p);
 }
 
@@ -38,7 +38,7 @@ static void hang_in(pairs *p, uint32_t index, unsigned side)
 {
     pair_record *r = &p->records.at[index];
     uint32_t proxy = r->proxy[side], link = index << 1 | side;
-    array_reserve(&p->lists, (size_t)proxy + 1);
+    array_reserve_in_place(&p->lists, (size_t)proxy + 1);
     while (p->lists.count <= proxy) p->lists.at[p->lists.count++] = (pair_list){.first = PAIRS_NO_LINK};
     uint32_t next = p->lists.at[proxy].first;
     r->next[side] = next;

@@ -7,7 +7,11 @@
 
 #include "base/sort.h"
 
-enum { SOME_AT_LEAST = 64 }; /* pairs ended and begun, each, in spite of the units: else a large search would not end */
+/* In spite of the units, or a large search would not end: pairs ended and begun, each, and a part of those to be. */
+enum { SOME_AT_LEAST = 64, PART_AT_LEAST = 128 };
+/* Around a proxy with so many candidates all proxies are gone through by their ids: a walk of the index has to be sorted
+ * each time that the search goes on, and finds each of them far away in memory from the one before. */
+enum { MANY_CANDIDATES = 32768 };
 
 void broad_set_limit(broad *b, uint64_t units, size_t most_pairs)
 {
@@ -128,9 +132,9 @@ void broad_forget_put_off(broad *b, uint32_t id)
 
 /* ---- a search ---- */
 
-static bool goes_on(const broad *b, uint64_t units, size_t done)
+static bool goes_on(const broad *b, uint64_t units, size_t done, size_t of)
 {
-    return b->spent < units || done < SOME_AT_LEAST;
+    return b->spent < units || done < SOME_AT_LEAST || done < of / PART_AT_LEAST;
 }
 
 /* The partners of those that part, in `met`, with their links; false: not all of them were ended. */
@@ -149,7 +153,7 @@ static bool end_parted(broad *b, uint32_t id, uint64_t units)
     }
     sort_found(b, &b->met);
     size_t done = 0;
-    for (; done < b->met.count && goes_on(b, units, done); done++) {
+    for (; done < b->met.count && goes_on(b, units, done, b->met.count); done++) {
         array_push(&b->ended, pair_key(id, (uint32_t)(b->met.at[done] >> 32)));
         pairs_end(&b->pairs, (uint32_t)b->met.at[done]);
         b->spent += UNITS_ENDED;
@@ -164,28 +168,63 @@ typedef struct hunt {
     void *context;
 } hunt;
 
-static bool find(void *context, uint32_t other)
+static bool is_candidate(const hunt *h, uint32_t other)
+{
+    broad *b = h->b;
+    const proxy *q = &b->proxies.at[other];
+    bool is_left = q->unsearched && h->is_left && h->is_left(h->context, other);
+    return !q->passive && !is_left && b->marks.at[other] != b->mark;
+}
+
+/* False: there are too many. */
+static bool gather(void *context, uint32_t other)
 {
     const hunt *h = context;
     broad *b = h->b;
-    const proxy *p = &b->proxies.at[h->id], *q = &b->proxies.at[other];
-    if (other == h->id || (p->fixed && q->fixed)) return true;
-    b->spent += UNITS_A_CANDIDATE;
-    bool is_left = q->unsearched && h->is_left && h->is_left(h->context, other);
-    if (!q->passive && !is_left && b->marks.at[other] != b->mark) array_push(&b->met, other);
-    return true;
+    if (other == h->id || (b->proxies.at[h->id].fixed && b->proxies.at[other].fixed)) return true;
+    array_push(&b->met, other);
+    return b->met.count < MANY_CANDIDATES;
+}
+
+static void gather_unbounded(const hunt *h)
+{
+    broad *b = h->b;
+    const proxy *p = &b->proxies.at[h->id];
+    for (size_t i = 0; i < b->unbounded.count; i++) {
+        const proxy *q = &b->proxies.at[b->unbounded.at[i]];
+        if (may_pair(&p->fat, p->fixed, &q->fat, q->fixed)) gather((void *)h, b->unbounded.at[i]);
+    }
+}
+
+/* The same as those that an index finds, in the order of their ids. */
+static void find_by_ids(const hunt *h)
+{
+    broad *b = h->b;
+    const proxy *p = &b->proxies.at[h->id];
+    b->met.count = 0;
+    for (uint32_t other = 0; other < b->proxies.count; other++) {
+        const proxy *q = &b->proxies.at[other];
+        if (other == h->id || q->place == NOWHERE || !may_pair(&p->fat, p->fixed, &q->fat, q->fixed)) continue;
+        if (is_candidate(h, other)) array_push(&b->met, other);
+    }
+    b->spent += UNITS_BY_ID * b->proxies.count;
 }
 
 static void find_candidates(broad *b, uint32_t id, const hunt *h)
 {
-    const proxy *p = &b->proxies.at[id];
     b->met.count = 0;
     broad_mark_partners(b, id);
-    b->index->around(b, id, find, (void *)h);
-    for (size_t i = 0; i < b->unbounded.count; i++) {
-        const proxy *q = &b->proxies.at[b->unbounded.at[i]];
-        if (may_pair(&p->fat, p->fixed, &q->fat, q->fixed)) find((void *)h, b->unbounded.at[i]);
+    b->index->around(b, id, gather, (void *)h);
+    gather_unbounded(h);
+    size_t found = b->met.count, kept = 0;
+    b->spent += UNITS_A_CANDIDATE * (found < MANY_CANDIDATES ? found : MANY_CANDIDATES);
+    if (found >= MANY_CANDIDATES) {
+        find_by_ids(h);
+        return;
     }
+    for (size_t i = 0; i < found; i++)
+        if (is_candidate(h, (uint32_t)b->met.at[i])) b->met.at[kept++] = b->met.at[i];
+    b->met.count = kept;
     sort_found(b, &b->met);
 }
 
@@ -199,7 +238,7 @@ static bool begin_missing(broad *b, uint32_t id, uint64_t units, const hunt *h)
         uint32_t other = (uint32_t)b->met.at[i];
         uint64_t price = broad_price_of(b, id, other);
         if (other < until) continue;
-        if (!goes_on(b, units, begun) || (price && asked && b->spent >= units)) return false;
+        if (!goes_on(b, units, begun, b->met.count) || (price && asked && b->spent >= units)) return false;
         b->spent += UNITS_ASKED + price;
         asked += price > 0;
         if (price) broad_take_asked(b, id, CANDIDATES + other + 1);
@@ -251,7 +290,7 @@ bool broad_end_leaving(broad *b, uint32_t id, uint64_t units, broad_changes *cha
     b->spent = UNITS_A_PAIR_KEPT * b->met.count;
     sort_found(b, &b->met);
     size_t done = 0;
-    for (; done < b->met.count && goes_on(b, units, done); done++) {
+    for (; done < b->met.count && goes_on(b, units, done, b->met.count); done++) {
         array_push(&b->ended, pair_key(id, (uint32_t)(b->met.at[done] >> 32)));
         pairs_end(&b->pairs, (uint32_t)b->met.at[done]);
         b->spent += UNITS_ENDED;

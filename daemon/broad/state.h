@@ -70,7 +70,14 @@ void broad_choose_index(broad *b);
 
 /* What the search for pairs takes, in units of about a nanosecond: counts, so that it is the same everywhere. What
  * begins and ends is counted with what the world does about it. */
-enum { UNITS_A_CANDIDATE = 25, UNITS_A_PAIR_KEPT = 15, UNITS_ASKED = 60, UNITS_BEGUN = 1000, UNITS_ENDED = 600 };
+enum {
+    UNITS_A_CANDIDATE = 25,
+    UNITS_BY_ID = 8,
+    UNITS_A_PAIR_KEPT = 15,
+    UNITS_ASKED = 60,
+    UNITS_BEGUN = 1000,
+    UNITS_ENDED = 600
+};
 
 /* Ends the pairs of the proxies in `unsettled` that parted, begins those that met: or puts it off, for all of them,
  * where it would take more than the limit, or something has been put off already. */

@@ -8,8 +8,6 @@
 #include <string.h>
 
 enum {
-    CACHE_LINE = 64, /* bytes: a pair of siblings */
-    FIRST_CAPACITY = 64,
     WORTH_BUILDING = 64, /* leaves */
 };
 
@@ -29,23 +27,16 @@ void tree_give_buffers_back(tree *t)
 
 void tree_free(tree *t)
 {
-    free(t->nodes);
-    array_free(&t->leaf_of);
+    array_release_in_place(t->nodes);
+    array_free_in_place(&t->leaf_of);
     tree_give_buffers_back(t);
     tree_init(t);
 }
 
 void tree_reserve(tree *t, size_t need)
 {
-    if (need <= t->capacity) return;
-    size_t capacity = t->capacity ? t->capacity * 2 : FIRST_CAPACITY;
-    while (capacity < need) capacity *= 2;
-    assert(capacity <= TREE_NODES_MOST);
-    tree_node *nodes = base_alloc_aligned(CACHE_LINE, capacity, sizeof *nodes);
-    if (t->nodes) memcpy(nodes, t->nodes, t->end * sizeof *nodes);
-    free(t->nodes);
-    t->nodes = nodes;
-    t->capacity = capacity;
+    assert(need <= TREE_NODES_MOST);
+    if (need > t->capacity) t->nodes = array_grow_in_place(t->nodes, &t->capacity, need, sizeof *t->nodes);
 }
 
 static uint32_t take_pair(tree *t)
@@ -196,7 +187,7 @@ static uint32_t best_sibling(tree *t, uint32_t proxy, const fbox *box)
 static void note_proxy(tree *t, uint32_t proxy)
 {
     assert(proxy < TREE_NODES_MOST);
-    array_reserve(&t->leaf_of, (size_t)proxy + 1);
+    array_reserve_in_place(&t->leaf_of, (size_t)proxy + 1);
     while (t->leaf_of.count <= proxy) t->leaf_of.at[t->leaf_of.count++] = TREE_NONE;
 }
 

@@ -57,7 +57,7 @@ typedef struct tree_leaf { /* yet without a node */
 } tree_leaf;
 
 typedef struct tree {
-    tree_node *nodes;   /* aligned to a cache line */
+    tree_node *nodes;   /* from a cache line on; they grow in place */
     size_t capacity;    /* nodes */
     uint32_t end;       /* nodes ever used */
     uint32_t free_pair; /* first of the freed pairs of siblings, linked by `down`; TREE_NONE at the end */

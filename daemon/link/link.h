@@ -49,7 +49,15 @@ typedef struct link_sink {
      * than is usual; otherwise 0. What is left of a batch is handed over in parts, of which only the last has the step.
      * NULL: all. */
     size_t (*room)(void *context, const wire_pose_batch *m, uint64_t *work);
+    /* So much has come in this receive, of all kinds, that to take more would keep everybody waiting: what waits in the
+     * link, but for a first take of each kind, waits for the next round. NULL: never. */
+    bool (*much)(void *context);
 } link_sink;
+
+static inline bool link_has_much(const link_sink *sink)
+{
+    return sink->much && sink->much(sink->context);
+}
 
 /* Of a batch: its first poses go into *part, the rest stays; the step is that of the rest. */
 void link_cut_poses(wire_pose_batch *rest, uint32_t count, wire_pose_batch *part);

@@ -82,10 +82,12 @@ struct link_dds {
     atomic_bool peers_arrived;
     void *sample; /* room for a sample of any kind, to be written */
     atomic_bool woken;
-    turns waiting;     /* batches of poses, beyond what a round takes */
-    size_t poses;      /* taken by the receive that runs ... */
-    size_t read_bytes; /* ... and read, of poses */
-    bool on_arrival;   /* a thread of Cyclone's stands in for the tick thread */
+    turns waiting;        /* batches of poses, beyond what a round takes */
+    size_t poses;         /* taken by the receive that runs ... */
+    size_t read_bytes;    /* ... and read, of poses */
+    bool on_arrival;      /* a thread of Cyclone's stands in for the tick thread */
+    bool is_behind;       /* the receive that runs has left some that are no poses ... */
+    unsigned loss_waited; /* ... as have so many in a row */
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream, *samples_lost;
     metric *certificate_days;  /* NULL: no security */
     int64_t certificate_end_s; /* of the first that expires, seconds since the Unix epoch */

@@ -11,7 +11,7 @@
 #include <string.h>
 
 enum {
-    TAKE_MAX = 64, /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
+    TAKE_MAX = 32, /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
     RECEIVE_MAX =
         2048, /* samples a reader and receive: a flood on one topic must not keep the tick from running, ... */
     POSES_MAX = 200000, /* ... nor one of poses: some 10 ms */
@@ -24,6 +24,7 @@ enum {
     ONE_WAITS_BYTES = 32 << 20, /* of one participant; then its oldest are lost, as in a history that is full */
     ALL_WAIT_BYTES = 128 << 20,
     ONE_WAITS = 1024, /* batches, whole or in parts ... */
+    LOST_WAITS = 64,  /* receives in a row: so long a loss is not told while what came before it may wait */
     PART = 4096       /* ... of so many poses: of a larger one, if it is no step, which is one thing */
 };
 
@@ -313,12 +314,14 @@ static size_t take_all(link_dds *l, const link_sink *sink, reader *r)
 {
     size_t messages = 0;
     int total = 0, n;
+    bool poses = r->kind == WIRE_POSE_BATCH; /* which have bounds of their own */
     l->poses = l->read_bytes = 0;
     do {
         n = take(l, sink, r, &messages);
         total += n;
-    } while (n == take_max(r) && total < RECEIVE_MAX && l->poses < POSES_MAX && l->read_bytes < READ_BYTES);
-    bool poses = r->kind == WIRE_POSE_BATCH;
+    } while (n == take_max(r) && total < RECEIVE_MAX && l->poses < POSES_MAX && l->read_bytes < READ_BYTES &&
+             (poses || !link_has_much(sink)));
+    l->is_behind |= !poses && n == take_max(r);
     if (poses) messages += hand_over_waiting(l, sink);
     if (n == take_max(r) || (poses && l->waiting.count)) link_dds_notice(l, &r->arrived); /* more, for the next tick */
     const wire_dds_profile *p = wire_dds_profile_of(r->kind);
@@ -351,14 +354,16 @@ size_t link_dds_receive(struct link *head, const link_sink *sink)
     size_t messages = 0;
     int64_t client;
     atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
-    l->on_arrival = false;
+    l->on_arrival = l->is_behind = false;
     if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->speakers);
     atomic_store(&l->has_news, false);
     for (size_t i = 0; i < LINK_DDS_IN; i++)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     link_dds_streams_report(l, sink);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
-    while (speakers_lost(&l->speakers, &client)) report_lost(l, sink, client);
+    l->loss_waited = l->is_behind ? l->loss_waited + 1 : 0;
+    if (!l->is_behind || l->loss_waited % LOST_WAITS == 0)
+        while (speakers_lost(&l->speakers, &client)) report_lost(l, sink, client);
     metric_count(l->messages_in, messages);
     return messages;
 }

@@ -539,7 +539,7 @@ static size_t receive_by_turns(link_lcm *l, const link_sink *sink)
     frame_waiting *w;
     while (pipe_take(&l->taken, &f) == 1) put_off_frame(l, &f, 0);
     while (bytes < ROUND_BYTES && !(messages && sink->enough && sink->enough(sink->context)) &&
-           (w = turns_first(&l->waiting)) != NULL) {
+           !(messages && link_has_much(sink)) && (w = turns_first(&l->waiting)) != NULL) {
         const pipe_frame whole = {.kind = w->kind, .data = w->data, .size = w->size};
         incoming_part part = {.done = w->done};
         bool was = hand_over_frame(l, sink, &whole, &part);

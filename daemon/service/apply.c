@@ -218,7 +218,7 @@ static wire_reason remove_body(service *s, session *c, const wire_body *m)
 {
     owned_body *b = session_body(c, m->body);
     if (!b) b = session_add_body(c, m->body); /* so that a late copy of its Body does not bring it back */
-    if (b->world_id != WORLD_NONE) world_remove_body(s->world, b->world_id, CAUSE_REMOVED);
+    if (b->world_id != WORLD_NONE) world_remove_soon(s->world, b->world_id, CAUSE_REMOVED);
     for (size_t i = 0; i < b->geometries.count; i++) geometry_release(s, b->geometries.at[i]);
     b->geometries.count = 0;
     session_count_body(c, b, WORLD_NONE, 0);

@@ -72,7 +72,7 @@ static const config_option OPTIONS[] = {
         "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
     {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
-        "time that finding and deciding pairs may hold a tick; 0: as long as it needs",
+        "time that finding and deciding pairs, and searching for impacts, may hold a tick; 0: as long as it needs",
         "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
         "which "
         "follows at once, so that queries and other clients wait no longer than that. Clients take turns. What ends "
@@ -149,11 +149,12 @@ static const config_option OPTIONS[] = {
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},
-    {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "50000", "poses",
+    {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "40000", "poses",
         "poses of a step of lock-step, of all members together",
-        "A step is kept until all have published it, and then carried out in one tick, which takes about a "
-        "microsecond for each; a pose of a body of many shapes counts for several. Each member may have an equal "
-        "share of them, whatever others have."},
+        "A step is kept until all have published it. Then all is moved in one tick, which takes about a tenth of a "
+        "microsecond for each; what follows from it is worked off in as many ticks as it takes (slice_us), but at once "
+        "where somebody asks for impacts, which takes about a microsecond for each. A pose of a body of many shapes "
+        "counts for several. Each member may have an equal share of them, whatever others have."},
     {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
         "what one participant may have of each limit, under all its names; the rest stays free for others",
         "Of max_clients, max_bodies, max_shapes, max_subscriptions, max_geometries and max_waiting. Who comes over DDS "

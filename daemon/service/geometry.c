@@ -694,14 +694,16 @@ void geometry_restore_builds(service *s)
 }
 
 /* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in
- * which ends have been told. */
+ * which ends have been told. Of what is built bodies may be that nobody owns any more, and that are yet to go. */
 void geometry_sweep(service *s)
 {
+    bool some_go = world_some_go(s->world);
     if (!s->geometries_loose) return;
-    s->geometries_loose = false;
+    s->geometries_loose = some_go;
     for (size_t i = 0; i < s->geometries.count; i++) {
         geometry *g = &s->geometries.at[i];
-        if (g->id && !g->users && !g->claims) drop_geometry(s, g);
+        bool stays = some_go && (g->hull || g->mesh);
+        if (g->id && !g->users && !g->claims && !stays) drop_geometry(s, g);
     }
 }
 

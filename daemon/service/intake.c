@@ -31,6 +31,7 @@ static passing pass_count(service *s, struct link *from, const wire_message *m, 
 {
     (void)why;
     metric_count(s->count.messages_in[m->kind], !from->in_parts);
+    if (m->kind != WIRE_POSE_BATCH) s->received_us += price_of(m, 0).in_tick;
     return PASSES;
 }
 

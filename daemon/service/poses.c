@@ -5,6 +5,7 @@
 #include "service.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -166,13 +167,19 @@ void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p)
 
 /* ---- as many as a tick takes ---- */
 
-static const uint64_t ENOUGH = 12000000, ENOUGH_WIDE = 8000000; /* units of putting bodies anew, see world_effort */
-static const uint32_t MANY = 16384;                             /* poses of a batch: a tick's worth of any bodies */
+/* Units of putting bodies anew, see world_effort: at most, and at least, however long they take. */
+static const uint64_t ENOUGH = 12000000, ENOUGH_WIDE = 4000000, ENOUGH_LEAST = 2000000;
+static const uint32_t MANY = 16384,
+                      MANY_MORE = 2048; /* poses of a batch: a tick's worth of any bodies; behind others */
 
-/* Of bodies of many shapes more is to be done than to put them. */
+/* What takes about as long as a slice, as far as ticks have shown. Of bodies of many shapes more is to be done than to
+ * put them. */
 static uint64_t enough(const service *s)
 {
-    return world_has_wide(s->world) ? ENOUGH_WIDE : ENOUGH;
+    uint64_t most = world_has_wide(s->world) ? ENOUGH_WIDE : ENOUGH;
+    double units = 1e3 * s->config.slice_us / fmax(s->effort_unit_ns, 1);
+    if (!(s->config.slice_us > 0) || units >= (double)most) return most;
+    return units > (double)ENOUGH_LEAST ? (uint64_t)units : ENOUGH_LEAST;
 }
 
 bool poses_are_enough(const service *s)
@@ -200,8 +207,9 @@ size_t poses_room(service *s, const wire_pose_batch *m, uint64_t *work)
 {
     uint32_t count = m->bodies.count, i = 0;
     session *c = session_find(s, m->client);
-    bool is_kept = c && c->lock_step > 0 && m->step, counts = world_has_wide(s->world) || count > MANY;
     uint64_t before = world_effort(s->world) + s->inbox.effort, sum = 0;
+    bool is_kept = c && c->lock_step > 0 && m->step;
+    bool counts = world_has_wide(s->world) || count > (before ? MANY_MORE : MANY);
     if (!c || is_kept || !counts) return count;
     for (size_t next = 0; i < count; i++) {
         uint64_t effort = effort_of(s, c, m, i, &next);

@@ -122,10 +122,19 @@ static size_t on_room(void *context, const wire_pose_batch *m, uint64_t *work)
     return s->config.rate > 0 ? m->bodies.count : poses_room(s, m, work);
 }
 
+/* Decoding and checking, and what is done with it before the tick, take about what is charged for it. */
+static const double RECEIVED_MOST_US = 5000;
+
+static bool on_much(void *context)
+{
+    const service *s = context;
+    return s->received_us >= RECEIVED_MOST_US;
+}
+
 static link_sink sink_of(service *s)
 {
     return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build,
-        on_enough, on_room};
+        on_enough, on_room, on_much};
 }
 
 /* ---- set-up ---- */
@@ -375,12 +384,15 @@ static void tick(service *s, int64_t round_began)
     s->pairs_most = memory_pairs_most(s);
     pace_begin(&s->pace, began);
     service_choose_slice(s, began - round_began);
+    uint64_t effort = world_effort(s->world) + s->inbox.effort;
+    double commands_us = shares_expected_us(s);
     service_tick(s);
     memory_after_tick(s);
     int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
     int64_t ended = clock_monotonic_ns(), took = ended - began;
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
     service_learn_slice(s, took);
+    service_learn_effort(s, effort, took - (int64_t)(1e3 * commands_us));
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
         metric_count(s->count.budget_over, 1);
     if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != reported) {
@@ -555,6 +567,7 @@ static void one_round(server *v, const link_sink *sink)
     service *s = &v->s;
     set_clock(v);
     int64_t began_ns = s->monotonic_ns;
+    s->received_us = 0;
     /* Before poses by the new time are held against those by the old. */
     if (service_clock_back(s) && !standby_waits(s)) tick(s, s->monotonic_ns);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);

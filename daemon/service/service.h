@@ -96,6 +96,8 @@ typedef struct service {
     pace pace;                           /* of a budget */
     uint64_t slice;                      /* units of this tick's slice; 0: it is not cut */
     double slice_unit_ns;                /* what a unit of it takes, as learnt */
+    double effort_unit_ns;               /* the same of world_effort; ... */
+    double received_us;                  /* expected work of what came in this round and is no poses */
     int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
     uint64_t recorded_work;              /* of this tick, in a replay ... */
     bool recorded_budget;                /* ... of one with a budget */
@@ -188,7 +190,9 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the 
  * a replay, which is told it, does the same. */
 void service_choose_slice(service *s, int64_t spent_ns); /* by this round, before the tick */
 void service_learn_slice(service *s, int64_t took_ns);
-bool service_is_behind(const service *s);          /* something is pending for long, or was so a moment ago */
+/* Likewise what it takes to put bodies anew, of a tick for which so much of world_effort was due. */
+void service_learn_effort(service *s, uint64_t effort, int64_t took_ns);
+bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
 uint64_t service_slice_reported(const service *s); /* for the recording; 0: it made none */
 /* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
 int64_t service_pairs_limited(const service *s);

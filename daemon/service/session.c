@@ -191,7 +191,7 @@ int64_t session_newest_sequence(const session *c)
 static void end_body(service *s, session *c, owned_body *b, uint8_t cause)
 {
     if (b->world_id == WORLD_NONE) return;
-    world_remove_body(s->world, b->world_id, cause);
+    world_remove_soon(s->world, b->world_id, cause);
     for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
     b->geometries.count = 0;
     session_count_body(c, b, WORLD_NONE, 0);

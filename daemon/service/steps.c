@@ -444,6 +444,7 @@ void steps_complete(service *s)
         apply_note_simulation(&c->simulation, s->tick, simulation_ns);
         c->stepped = true;
     }
+    world_part_moves(s->world);
     s->latest_step = (step_mark){r.least, s->tick};
     s->lock_step.done = r.least;
     s->lock_step.begun = true;

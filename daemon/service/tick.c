@@ -58,8 +58,11 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
 
 /* ---- slices ---- */
 
-/* Units: below the least one even a small world would be cut, above the most one a mistake would take seconds. */
-static const double SLICE_LEAST = 2e6, SLICE_MOST = 4e8;
+/* Units: with fewer even a small world would be cut. */
+static const double SLICE_LEAST = 2e6;
+/* Nanoseconds: what ticks show of a unit may be far less, where they looked up what had been found out. The next tick,
+ * which has to find out, is not to take all that this seems to leave. */
+static const double UNIT_LEAST_NS = 0.5;
 static const double SLICE_LEFT = 0.5;                       /* of it, whatever else a round does */
 static const double LEARN_SLOWER = 0.5, LEARN_FASTER = 0.1; /* of what the last tick has shown */
 static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
@@ -70,7 +73,7 @@ void service_choose_slice(service *s, int64_t spent_ns)
     double before_us = 1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)world_effort(s->world);
     double us = fmax(s->config.slice_us - before_us, SLICE_LEFT * s->config.slice_us);
     double units = 1e3 * us / (s->slice_unit_ns > 0 ? s->slice_unit_ns : 1);
-    units = units < SLICE_LEAST ? SLICE_LEAST : units > SLICE_MOST ? SLICE_MOST : units;
+    units = fmax(units, SLICE_LEAST);
     s->slice = s->config.slice_us > 0 ? (uint64_t)units : 0;
 }
 
@@ -82,7 +85,18 @@ void service_learn_slice(service *s, int64_t took_ns)
     if (!world_was_sliced(s->world) || units < SLICE_TO_LEARN_FROM) return;
     double was = s->slice_unit_ns > 0 ? s->slice_unit_ns : 1, is = (double)took_ns / (double)units;
     if (is > 2 * was) is = 2 * was;
-    s->slice_unit_ns = was + (is > was ? LEARN_SLOWER : LEARN_FASTER) * (is - was);
+    s->slice_unit_ns = fmax(was + (is > was ? LEARN_SLOWER : LEARN_FASTER) * (is - was), UNIT_LEAST_NS);
+}
+
+/* The rest of what the tick took, if that was worth learning from: nothing but how much is received hangs on it. */
+void service_learn_effort(service *s, uint64_t effort, int64_t took_ns)
+{
+    static const double MOST = 8; /* a mistake is not to last */
+    double slice_ns = (double)world_get_figures(s->world).slice_units * fmax(s->slice_unit_ns, 1);
+    if (effort < SLICE_TO_LEARN_FROM) return;
+    double was = fmax(s->effort_unit_ns, 1), is = fmax((double)took_ns - slice_ns, 0) / (double)effort;
+    is = fmin(is, fmin(2 * was, MOST));
+    s->effort_unit_ns = was + (is > was ? LEARN_SLOWER : LEARN_FASTER) * (is - was);
 }
 
 uint64_t service_slice_reported(const service *s)

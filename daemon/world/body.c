@@ -97,6 +97,7 @@ static bool is_another(const body *b, const world_body *def)
 world_status world_put_body(world *w, uint32_t *id, const world_body *def)
 {
     uint32_t named = world_find_body(w, def->name);
+    if (named != *id && removal_hastens(w, named)) named = WORLD_NONE;
     bool is_new = *id == WORLD_NONE;
     if (!is_new && !body_is(w, *id)) return WORLD_UNKNOWN_ID;
     if (named != WORLD_NONE && named != *id) return WORLD_NAME_TAKEN;
@@ -191,6 +192,7 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
 {
     if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
+    removal_forget(w, b);
     body_drop_name(w, b->name);
     slices_forget(w, id);
     w->figures.bodies--;
@@ -222,22 +224,35 @@ static void free_body(world *w, uint32_t id)
     *b = (body){.used = false};
 }
 
-/* Events of the last tick point to names: what was removed before it goes only now. */
-void body_reap(world *w)
+/* As many as a share of the slice allows: many that had to leave may be gone at once. */
+static void reap_bodies(world *w)
 {
-    for (size_t i = 0; i < w->reap.count; i++) {
+    enum { PART = 4 };
+    uint64_t spent = 0, units = w->slice == UINT64_MAX ? UINT64_MAX : w->slice / PART;
+    size_t i = 0;
+    for (; i < w->reap.count && spent <= units; i++) {
         body *b = &w->bodies.at[w->reap.at[i]];
         if ((b->kept = b->leaving > 0)) continue;
+        spent += removal_units(b);
         free_body(w, w->reap.at[i]);
         id_pool_give(&w->body_ids, w->reap.at[i]);
     }
+    w->reap.count -= i;
+    if (w->reap.count) memmove(w->reap.at, w->reap.at + i, w->reap.count * sizeof *w->reap.at);
+    w->reaps_late = w->reap.count > 0;
+}
+
+/* Events of the last tick point to names: what was removed before it goes only now. */
+void body_reap(world *w)
+{
+    reap_bodies(w);
     for (size_t i = 0; i < w->reap_colliders.count; i++) {
         collider *s = &w->colliders.at[w->reap_colliders.at[i]];
         if ((s->kept = broad_is_leaving(w->broad, w->reap_colliders.at[i]))) continue;
         collider_free(&w->colliders.at[w->reap_colliders.at[i]]);
         id_pool_give(&w->collider_ids, w->reap_colliders.at[i]);
     }
-    w->reap.count = w->reap_colliders.count = 0;
+    w->reap_colliders.count = 0;
     for (size_t i = 0; i < w->ghosts.count; i++) array_push(&w->reap, w->ghosts.at[i]);
     for (size_t i = 0; i < w->ghost_colliders.count; i++) array_push(&w->reap_colliders, w->ghost_colliders.at[i]);
     w->ghosts.count = w->ghost_colliders.count = 0;
@@ -290,8 +305,9 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
 /* -1 = fixed or not stamped; a stamp of the future, from a host whose clock is ahead, counts as of now. */
 int64_t body_age_at(const body *b, int64_t now_ns)
 {
-    if (b->fixed || !b->stamp_ns) return -1;
-    return now_ns > b->stamp_ns ? now_ns - b->stamp_ns : 0;
+    int64_t stamp_ns = b->dirty && b->moved ? b->before_ns : b->stamp_ns; /* of where it is told to be */
+    if (b->fixed || !stamp_ns) return -1;
+    return now_ns > stamp_ns ? now_ns - stamp_ns : 0;
 }
 
 int64_t body_age_ns(const world *w, const body *b)

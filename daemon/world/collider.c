@@ -132,9 +132,12 @@ void body_settle_dirty(world *w)
     array_reserve(&w->sort_scratch, w->dirty.count);
     sort_keys(w->dirty.at, w->sort_scratch.at, w->dirty.count);
     w->awake.count = 0;
+    settling_choose(w);
     for (size_t i = 0; i < w->dirty.count; i++) {
         fetch_ahead(w, i);
         body *b = &w->bodies.at[w->dirty.at[i]];
+        if (!b->dirty)
+            continue; /* one that was left has gone since, and its id may be another's, who is in here, too */
         if (b->is_calm && !all && calm_holds(b, &b->pose)) {
             b->dirty = b->posed = false;
             b->behind = true;

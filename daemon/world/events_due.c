@@ -50,10 +50,10 @@ void events_held_back(world *w)
     }
 }
 
-/* Nobody can say yet whose pairs these are; or bodies are held back by what had their names. */
+/* Nobody can say yet whose pairs these are; or bodies are held back by what had their names, or are yet to go. */
 static size_t undone_in_common(const world *w)
 {
-    return w->figures.pairs_left_out + (w->match.unmatched.count > 0 || w->leaving.count > 0);
+    return w->figures.pairs_left_out + (w->match.unmatched.count || w->leaving.count || w->going);
 }
 
 void events_collect(world *w, world_batches *out)

@@ -101,6 +101,7 @@ static void report_predicted(world *w, const sweep *s)
 void events_of_sweeps(world *w)
 {
     for (size_t k = 0; k < w->sweeps.count; k++) {
+        if (w->sweeps.at[k].put_off) continue;
         if (w->sweeps.at[k].predicts)
             report_predicted(w, &w->sweeps.at[k]);
         else

@@ -39,22 +39,29 @@ static void add(world *w, uint32_t active, uint32_t id, bool predicts, uint64_t 
     array_push(&w->sweeps, s);
 }
 
-static void add_of_pair(world *w, uint32_t active, unsigned fact, uint64_t tick)
+/* For the subscriptions from that one on. */
+static void add_of_pair(world *w, uint32_t active, unsigned fact, uint64_t tick, uint32_t from)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[active]];
     match_list wanted = subscription_list(w, p);
     for (uint32_t k = 0; k < wanted.count; k++)
-        if (w->subscriptions.at[wanted.at[k]].facts & fact) add(w, active, wanted.at[k], fact == WORLD_PREDICT, tick);
+        if (wanted.at[k] >= from && w->subscriptions.at[wanted.at[k]].facts & fact)
+            add(w, active, wanted.at[k], fact == WORLD_PREDICT, tick);
+}
+
+static void add_ways_of(world *w, uint32_t active, const pair *p, uint64_t tick)
+{
+    add_of_pair(w, active, WORLD_IMPACT, tick, tick == p->swept_tick + 1 ? p->swept_from : 0);
 }
 
 /* What both keep since it was decided last, tick by tick, and then how they came in this one. */
-static void add_ways(world *w, uint32_t active, pair *p, const body *a, const body *b)
+static void add_ways(world *w, uint32_t active, const pair *p, const body *a, const body *b)
 {
     uint64_t now = w->figures.ticks;
     if (w->past_bodies.count)
         for (uint64_t t = past_next(a, b, past_decided(w, p, a, b)); t < now; t = past_next(a, b, t))
-            add_of_pair(w, active, WORLD_IMPACT, t);
-    if (a->moved || b->moved) add_of_pair(w, active, WORLD_IMPACT, now);
+            add_ways_of(w, active, p, t);
+    if (a->moved || b->moved) add_ways_of(w, active, p, now);
 }
 
 static void collect(world *w)
@@ -62,15 +69,14 @@ static void collect(world *w)
     w->sweeps.count = 0;
     if (!w->sweepers) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
-        pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
         if ((a->stale && !has_ways(a)) || (b->stale && !has_ways(b)))
             continue; /* too late is not too late for what was */
         if (a->impacts && b->impacts && wants_way(a, b)) add_ways(w, (uint32_t)k, p, a, b);
-        if (w->due) p->swept_tick = w->figures.ticks;
         if (a->stale || b->stale) continue;
         if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_predicted(w, p)))
-            add_of_pair(w, (uint32_t)k, WORLD_PREDICT, w->figures.ticks);
+            add_of_pair(w, (uint32_t)k, WORLD_PREDICT, w->figures.ticks, p->predicted_from);
     }
 }
 
@@ -152,15 +158,6 @@ static bool can_turn(const motion *m, double span)
     return vec_norm(m->angular) * span <= MOTION_ANGLE_MAX;
 }
 
-/* The axis that kept them free last time; or the one that the cascade has kept: of B's shape in A's, to world
- * directions. */
-static vec3 kept_axis(const world *w, const pair *p, bool predicts)
-{
-    if (predicts && w->options.caches && vec_max_abs(p->free_axis) > 0) return p->free_axis;
-    if (!w->options.caches || !(p->cache.axis.x != 0 || p->cache.axis.y != 0 || p->cache.axis.z != 0)) return VEC_ZERO;
-    return vec_unit(quat_rotate(w->colliders.at[p->a].world.q, p->cache.axis));
-}
-
 /* Were they in contact at the last tick, where the search begins? A way that does not turn begins in the orientation of
  * its end: how the bodies stood is another question then; so it is where the rounding of the motion leaves it open. */
 static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover *y, const body *a, const body *b,
@@ -181,14 +178,27 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
 
 enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
 
+/* Along the axis that kept them free last time, if there is one. What that takes is counted, and counts decide what is
+ * put off: so it is the same without caches, where the answer is one that was found from nothing. */
+static void find_along(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
+    const toi_request *request, void *scratch)
+{
+    vec3 guess = s->predicts ? p->free_axis : VEC_ZERO;
+    toi_find(a, b, request, guess, scratch, &s->result);
+    s->queries = s->result.queries;
+    s->steps = s->result.steps;
+    if (!w->options.caches && vec_max_abs(guess) > 0) toi_find(a, b, request, VEC_ZERO, scratch, &s->result);
+}
+
 /* A pair that took a search to be predicted free is given an axis for the next tick; ways are too short to be worth it.
  * Read only: what was found is kept by keep_axis, because several subscriptions may ask for one pair. `known`: where
  * they begin. */
 static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b, bool known,
     const toi_request *request, void *scratch)
 {
+    s->queries = s->steps = 0;
     if (known && can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
-        toi_find(a, b, request, kept_axis(w, p, s->predicts), scratch, &s->result);
+        find_along(w, s, p, a, b, request, scratch);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */
         s->result = (toi_result){.status = TOI_UNDECIDED,
             .hi = INFINITY,
@@ -197,10 +207,13 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
             .body_a = a->motion.start,
             .body_b = b->motion.start};
     uint64_t often = ((uint64_t)1 << p->barren) - 1;
-    if (!s->predicts || !w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
+    uint32_t looks = 0;
+    if (!s->predicts || s->result.status != TOI_FREE || s->queries == 0) return;
     if (w->figures.ticks & often) return;
     s->sought = true;
-    s->free_axis = impact_axis(a, b, request, scratch, &s->result.queries);
+    s->free_axis = impact_axis(a, b, request, scratch, &looks);
+    s->queries += looks;
+    s->result.queries += w->options.caches ? looks : 0;
 }
 
 /* Both ways take as long as the longer one, so that they are where they are at the same share of it. Leg by leg, the
@@ -220,7 +233,7 @@ static void search_ways(const world *w, sweep *s, const pair *p, const body *a, 
         bool known_b = body_leg(w, b, leg_b, from, span, &mb->motion);
         leg_a += end_a <= to, leg_b += end_b <= to;
         if (!(request->span > 0)) continue;
-        request->spent = work;
+        request->spent = s->spent + work;
         find(w, s, p, ma, mb, known_a && known_b, request, scratch);
         queries += s->result.queries, steps += s->result.steps, work += s->result.work;
         if (s->result.status == TOI_FREE) continue;
@@ -228,8 +241,8 @@ static void search_ways(const world *w, sweep *s, const pair *p, const body *a, 
         s->result.hi += from * span;
         break;
     }
-    s->result.queries = queries;
-    s->result.steps = steps;
+    s->queries = s->result.queries = queries;
+    s->steps = s->result.steps = steps;
     s->result.work = work;
 }
 
@@ -242,7 +255,7 @@ static void keep_axis(world *w, const sweep *s)
         bool had = vec_max_abs(p->free_axis) > 0; /* one that did not serve */
         if ((had || !found) && *barren < BARREN_MAX) ++*barren;
         p->free_axis = s->free_axis;
-    } else if (s->predicts && s->result.status == TOI_FREE && s->result.queries == 0) {
+    } else if (s->predicts && s->result.status == TOI_FREE && s->queries == 0) {
         *barren = 0;
     }
 }
@@ -267,7 +280,8 @@ static void search(const world *w, sweep *s, void *scratch)
     toi_request request = {.span = span,
         .threshold = i->threshold + pair_kept_terms(p).padding + drift,
         .tolerance = fmax(fmax(subscription_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
-        .wander = wander_a + wander_b};
+        .wander = wander_a + wander_b,
+        .spent = s->spent};
     if (past_apart(a, b, fmax(request.threshold + request.tolerance, 0))) return;
     if (s->predicts)
         find(w, s, p, &ma, &mb, known, &request, scratch);
@@ -276,19 +290,32 @@ static void search(const world *w, sweep *s, void *scratch)
     s->began = began_in_contact(s, &ma, &mb, a, b, &request, scratch);
 }
 
-static void search_all(void *context, size_t begin, size_t end, unsigned worker)
+typedef struct batch {
+    world *w;
+    size_t from;
+} batch;
+
+static void search_some(void *context, size_t begin, size_t end, unsigned worker)
 {
-    world *w = context;
-    for (size_t k = begin; k < end; k++)
-        if (!w->sweeps.at[k].again) search(w, &w->sweeps.at[k], w->scratch[worker]);
+    const batch *all = context;
+    world *w = all->w;
+    for (size_t i = begin; i < end; i++) search(w, &w->sweeps.at[w->sweep_order.at[all->from + i]], w->scratch[worker]);
+}
+
+static void search_batch(world *w, size_t from, size_t to)
+{
+    batch all = {w, from};
+    workers_run(w->workers, to - from, SWEEPS_A_CHUNK, search_some, &all);
 }
 
 void impact_decide(world *w)
 {
     collect(w);
-    workers_run(w->workers, w->sweeps.count, SWEEPS_A_CHUNK, search_all, w);
+    impact_search(w, search_batch);
+    impact_settle(w);
     for (size_t k = 0; k < w->sweeps.count; k++) {
         sweep *s = &w->sweeps.at[k];
+        if (s->put_off) continue;
         if (s->again) {
             s->result = s[-1].result;
             s->start_ns = s[-1].start_ns;

@@ -185,7 +185,9 @@ static void end(world *w, uint32_t id)
     pair *p = &w->pairs.at[id];
     assert(id < w->pairs.count && p->used && pair_find(w, p->a, p->b) == id);
     pair_map_remove(&w->pair_of, pair_key(p->a, p->b));
-    events_pair_ended(w, id, cause_of_end(w, p));
+    bool reported = p->first_watch != WORLD_NONE; /* to ask the rules why may take long, and nobody else is told */
+    events_pair_ended(w, id, reported ? cause_of_end(w, p) : (uint8_t)CAUSE_MOTION);
+    impact_forget(w, id);
     free(p->cache.shell);
     p->cache.shell = NULL;
     assert(p->first_watch == WORLD_NONE && w->lingers >= p->lingers);
@@ -205,8 +207,9 @@ static void end(world *w, uint32_t id)
 
 static bool may_linger(world *w, const pair *p)
 {
+    if (p->first_watch == WORLD_NONE) return false;
     uint8_t cause = cause_of_end(w, p);
-    return p->first_watch != WORLD_NONE && (cause == CAUSE_MOTION || cause == CAUSE_TELEPORT);
+    return cause == CAUSE_MOTION || cause == CAUSE_TELEPORT;
 }
 
 /* One that is on the active list stays until the tick is over. */
@@ -372,7 +375,7 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 /* ---- the active list ---- */
 
 /* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is told again. */
-enum { A_LOOK = 150, A_WATCH = 1500, A_SEARCH = 4000 };
+enum { A_LOOK = 150, A_WATCH = 1500 };
 
 static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pair *p, bool reported, bool is_new)
 {
@@ -385,9 +388,7 @@ static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pa
                                                         : (double)a->apart + b->apart;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) units += A_WATCH;
     if (is_new && !reported) units += A_WATCH; /* one, at least, may begin */
-    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-    if (w->sweepers && ((x->impacts && y->impacts) || (x->horizon > 0 && y->horizon > 0))) units += A_SEARCH;
-    return (uint64_t)units;
+    return (uint64_t)units + impact_units(w, p);
 }
 
 static inline uint64_t cheap_units(const world *w, const pair *p)
@@ -436,6 +437,8 @@ uint64_t pair_activate(world *w, uint32_t id)
     if (!p->used || p->active_tick == w->figures.ticks) return 0;
     bool leaves = w->leaving.count && (w->colliders.at[p->a].ghost || w->colliders.at[p->b].ghost);
     if (leaves) return 0; /* it is about to end */
+    if (w->left.count && (w->bodies.at[w->colliders.at[p->a].body].dirty || w->bodies.at[w->colliders.at[p->b].body].dirty))
+        return 0; /* it is decided when both are where their poses say */
     if (!may_be_outdated(w, p))
         p->ruled = p->jumped = false;
     else if (!renew(w, p))
@@ -489,7 +492,7 @@ void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;
     leaving_go_on(w);
-    slices_take(w);
+    slices_take(w, impact_go_on(w));
     for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);
     for (size_t i = 0; i < w->lingering.count; i++) activate_lingering(w, w->lingering.at[i]);
     pair_sort_active(w, bits_of(w->colliders.count), bits_of(w->pairs.count));

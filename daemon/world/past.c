@@ -21,6 +21,11 @@ enum {
 
 /* ---- what is kept ---- */
 
+static uint64_t later(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
 static void free_ways(world *w, body *b)
 {
     for (size_t i = 0; i < b->past.count; i++) free(b->past.at[i].passed);
@@ -109,7 +114,7 @@ static void keep_way(world *w, uint32_t id)
 /* All of its pairs have been decided as they are in this tick, or are wanted no more. */
 static bool is_waited_for(const world *w, const body *b)
 {
-    return b->used && !b->ghost && b->impacts && (b->is_due || b->left_tick > w->past_clear);
+    return b->used && !b->ghost && b->impacts && (b->is_due || b->left_tick > w->past_clear || b->ways_left);
 }
 
 static void keep_or_not(world *w, uint32_t id)
@@ -157,6 +162,14 @@ static void report_lost(world *w, uint32_t id)
     b->past_lost = false;
 }
 
+/* The tick up to which all of its pairs are: one that was waited for because of searches has not been looked at since
+ * it was gathered, and may have stood where others, which are still due, have gone in the meantime. */
+static uint64_t decided_of(const world *w, const body *b)
+{
+    bool since_then = b->used && !b->ghost && b->impacts && b->gathered_tick && w->due;
+    return since_then ? later(b->gathered_tick, b->past_since) : w->figures.ticks;
+}
+
 /* False: it stays on the list until somebody can be told. */
 static bool forget(world *w, uint32_t id)
 {
@@ -165,7 +178,7 @@ static bool forget(world *w, uint32_t id)
     if (!stays) report_lost(w, id);
     free_ways(w, b);
     b->past_listed = stays;
-    b->past_since = w->figures.ticks;
+    b->past_since = decided_of(w, b);
     return !stays;
 }
 
@@ -195,7 +208,7 @@ void past_keep(world *w)
     bool wanted = w->sweepers && w->ccds;
     for (size_t i = 0; i < w->dirty.count && wanted && (w->match.unmatched.count || w->leaving.count); i++)
         lose_unknown(w, (uint32_t)w->dirty.at[i]);
-    if (!w->due || !wanted) {
+    if (!(w->due || w->searching) || !wanted) {
         forget_others(w, false);
         w->past_clear = w->figures.ticks;
         return;
@@ -239,11 +252,6 @@ aabb past_bounds(const body *b, aabb box)
 
 /* ---- what a pair is searched for ---- */
 
-static uint64_t later(uint64_t a, uint64_t b)
-{
-    return a > b ? a : b;
-}
-
 uint64_t past_decided(const world *w, const pair *p, const body *a, const body *b)
 {
     return later(later(w->past_clear, p->swept_tick), later(a->past_since, b->past_since));
@@ -260,6 +268,27 @@ uint64_t past_next(const body *a, const body *b, uint64_t after)
 {
     uint64_t x = next_of(a, after), y = next_of(b, after);
     return x < y ? x : y;
+}
+
+static size_t first_behind(const body *b, uint64_t tick)
+{
+    size_t i = b->past.count;
+    while (i && b->past.at[i - 1].tick > tick) i--;
+    return i;
+}
+
+size_t past_waiting(const world *w, const pair *p, const body *a, const body *b)
+{
+    if (!a->past.count && !b->past.count) return 0;
+    uint64_t decided = past_decided(w, p, a, b);
+    size_t i = first_behind(a, decided), k = first_behind(b, decided), count = 0;
+    for (; i < a->past.count || k < b->past.count; count++) {
+        uint64_t x = i < a->past.count ? a->past.at[i].tick : UINT64_MAX;
+        uint64_t y = k < b->past.count ? b->past.at[k].tick : UINT64_MAX;
+        i += x <= y;
+        k += y <= x;
+    }
+    return count;
 }
 
 const body *past_body(const world *w, const body *b, uint64_t tick, body *out)

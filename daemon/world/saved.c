@@ -395,8 +395,9 @@ static const char *get_watch(bytes_in *from, world *w)
 
 typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
-    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending, past_clear;
-    uint32_t turn, lets_in, lets_in_next;
+    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending, past_clear, moves_before;
+    search_list waiting[SEARCH_LISTS];
+    uint32_t turn, search_turn, lets_in, lets_in_next, in_parts;
     uint32_t body_serial, epoch;
     world_figures figures;
 } head;
@@ -404,11 +405,12 @@ typedef struct head {
 uint64_t world_saved_layout(void)
 {
     enum { LISTS = 2 /* changes with which lists are behind the rest */ };
-    const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
-        sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
-        sizeof(payer), sizeof(past_way), offsetof(body, past), offsetof(body, effort), offsetof(body, passed),
-        offsetof(body, name), offsetof(subscription, events), offsetof(pair, swept_tick), offsetof(pair, standing),
-        offsetof(pair, cache), offsetof(pair, payer), offsetof(watch, last)};
+    const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair), sizeof(watch),
+        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse), sizeof(payer),
+        sizeof(past_way), sizeof(goer), offsetof(body, past), offsetof(body, effort), offsetof(body, passed),
+        offsetof(body, name), offsetof(body, searches_left), offsetof(subscription, events), offsetof(pair, swept_tick),
+        offsetof(pair, wait_next), offsetof(pair, standing), offsetof(pair, cache), offsetof(pair, payer),
+        offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -489,9 +491,13 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .turn = w->turn,
         .lets_in = w->lets_in,
         .lets_in_next = w->lets_in_next,
+        .in_parts = w->in_parts,
+        .moves_before = w->moves_before,
+        .search_turn = w->search_turn,
         .body_serial = w->body_serial,
         .epoch = w->epoch,
         .figures = w->figures};
+    memcpy(h.waiting, w->waiting, sizeof h.waiting);
     bytes_put(to, &h, sizeof h);
     const id_pool *pools[] = {&w->body_ids, &w->collider_ids, &w->subscription_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) put_pool(to, pools[i]);
@@ -514,6 +520,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->held_now);
     PUT_LIST(to, &w->unknown_due);
     PUT_LIST(to, &w->lingering); /* in the order in which their boxes parted: so they end */
+    removal_save(w, to);
 }
 
 /* There is room for them. */
@@ -647,6 +654,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     for (size_t i = 0; i < w->leaving.count; i++)
         if (w->leaving.at[i] >= w->colliders.count) return "a shape that leaves is not there";
     leaving_restored(w);
+    if (!removal_restore(w, from)) return "a body that is to go is not there";
     w->due = (size_t)h.due;
     w->parked = (size_t)h.parked;
     w->pending = h.pending;
@@ -654,6 +662,11 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->turn = h.turn;
     w->lets_in = h.lets_in != 0;
     w->lets_in_next = h.lets_in_next;
+    w->in_parts = h.in_parts != 0;
+    w->moves_before = h.moves_before;
+    w->search_turn = h.search_turn % SEARCH_LISTS;
+    memcpy(w->waiting, h.waiting, sizeof w->waiting);
+    if ((wrong = impact_wait_restored(w)) != NULL) return wrong;
     w->last_tick_ns = h.last_tick_ns;
     w->now_ns = h.now_ns;
     w->serial = h.serial;
@@ -665,6 +678,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->body_serial = h.body_serial;
     w->epoch = h.epoch;
     w->figures = h.figures;
+    settling_restored(w);
     w->changed = false;
     return from->broken ? "it is cut off" : NULL;
 }

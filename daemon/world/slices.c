@@ -51,7 +51,7 @@ static size_t broad_most(const world *w)
 
 void slices_begin(world *w)
 {
-    w->sliced = w->due || w->parked || w->olds || w->leaving.count;
+    w->sliced = w->due || w->parked || w->olds || w->leaving.count || w->going || w->reaps_late || w->searching;
     w->figures.slice_units = 0;
     broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
     broad_set_limit(w->broad, w->slice, w->slice != UINT64_MAX ? broad_most(w) : SIZE_MAX);
@@ -483,9 +483,8 @@ static void unpark(world *w)
         if (w->bodies.at[id].used && w->bodies.at[id].is_parked) make_due(w, id, &recent);
 }
 
-void slices_take(world *w)
+void slices_take(world *w, uint64_t spent)
 {
-    uint64_t spent = 0;
     uint32_t recent = WORLD_NONE;
     unpark(w);
     bool direct = !w->due && !broad_unsearched_count(w->broad);
@@ -511,6 +510,11 @@ static void note_concerned(world *w, const body *b)
     }
 }
 
+void slices_concern_body(world *w, uint32_t id)
+{
+    note_concerned(w, &w->bodies.at[id]);
+}
+
 /* What is undone for them changes with each tick. */
 static void wake_concerned(world *w)
 {
@@ -522,21 +526,22 @@ static void wake_concerned(world *w)
 static void find_concerned(world *w)
 {
     w->concerned.count = 0;
-    for (size_t i = 0; i < w->bodies.count && (w->due || w->parked); i++) {
+    for (size_t i = 0; i < w->bodies.count && (w->due || w->parked || w->searching); i++) {
         const body *b = &w->bodies.at[i];
-        if (b->used && !b->ghost && (b->is_due || b->is_parked)) note_concerned(w, b);
+        if (b->used && !b->ghost && (b->is_due || b->is_parked || b->searches_left)) note_concerned(w, b);
     }
 }
 
 void slices_report(world *w)
 {
     enum { NOW_AND_THEN = 32 }; /* ticks */
-    bool some = w->due || w->parked;
+    bool some = w->due || w->parked || w->searching;
     if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
+    for (size_t i = 0; i < w->left.count; i++) note_concerned(w, &w->bodies.at[w->left.at[i]]);
     wake_concerned(w);
-    w->figures.pending_bodies = w->due + w->leaving.count;
+    w->figures.pending_bodies = w->due + w->leaving.count + w->going + w->left.count + w->searching_bodies;
     w->figures.parked_bodies = w->parked;
-    w->figures.pending_pairs = (size_t)w->pending;
+    w->figures.pending_pairs = (size_t)w->pending + w->left.count + w->searching;
     w->figures.sliced_ticks += w->sliced;
 }
 
@@ -560,7 +565,7 @@ bool world_was_sliced(const world *w)
 
 size_t world_pending_of(const world *w, uint64_t owner)
 {
-    size_t leave = leaving_of(w, owner);
+    size_t leave = leaving_of(w, owner) + removal_of(w, owner) + settling_of(w, owner) + impact_waiting_of(w, owner);
     for (size_t i = 0; i < w->purses.count; i++)
         if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count + leave;
     return leave;

@@ -125,13 +125,18 @@ typedef struct body {
     bool left_new;                        /* in left_tick: by a search */
     bool past_lost;                       /* its shapes have changed, or it is gone, before all was decided */
     bool kept;                            /* a ghost that may not be reaped yet: it leaves; see leaving.c */
+    uint64_t left_since;                  /* the tick that left it first, since it was settled; 0: none */
+    bool goes;                            /* it is to be removed, for `ghost_cause`, when its turn comes: removal.c */
     uint32_t weight;                      /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     ARRAY(waypoint) passed;               /* between `before` and `pose`, while a subscription in impacts is there */
     world_ccd ccd;
     ARRAY(past_way) past;           /* of ticks that are over, while pairs wait for it: see past.c */
     const past_way *as_of;          /* of a copy that past_body made; NULL: as it is now */
-    uint64_t past_reported;         /* the tick up to which it was told that some may have been dropped */
+    uint32_t searches_left;         /* pairs of it whose searches wait; ... */
+    uint32_t ways_left;             /* ... that have ways among them */
+    uint64_t searcher;              /* its owner, when the first of them began to */
+    uint64_t past_reported;             /* the tick up to which it was told that some may have been dropped */
     uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
     uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that collider */
     bool pass_left;                 /* it has left a pair to another body */
@@ -213,9 +218,17 @@ typedef struct pair {
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
     uint8_t waited;      /* ticks in a row in which the budget left it */
-    uint64_t swept_tick; /* in which its ways were searched last, while some are kept */
-    uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
-    uint32_t payer;      /* of world.payers: whom it is charged to, unless it lingers */
+    bool search_waits;   /* some of its searches were put off, ... */
+    bool ways_wait;      /* ... of ways, too: it is in ... */
+    uint8_t wait_list;   /* ... this one of world.waiting, ... */
+    uint32_t wait_next, wait_before; /* ... behind and before whom */
+    uint32_t search_units;           /* that the dearest of its last searches took; 0: there was none */
+    uint32_t swept_from;             /* the subscription with which the searches of the tick behind this one go on: ... */
+    uint64_t swept_tick;             /* ... in which its ways were searched last, while some are kept */
+    uint64_t predicted_round;         /* the tick in which a round of what is predicted began that ... */
+    uint32_t predicted_from;          /* ... goes on with this subscription; 0: none is under way */
+    uint8_t barren;                  /* searches for one in a row that were in vain: the next one comes so much later */
+    uint32_t payer;                  /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
 _Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at");
 
@@ -259,21 +272,26 @@ typedef struct expiry { /* when a body may become stale, unless a pose comes */
 
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t stage;
-    uint8_t asked;   /* narrow queries */
-    bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
-    bool coarse;     /* only bounds are asked for */
-    bool stands;     /* standing bounds hold ... */
-    bool floor;      /* ... but are none of their own */
-    bool left;       /* by the budget */
-    uint32_t work;   /* units that its refinement is expected to take, with a budget */
-    uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
-    uint32_t result; /* index into world.results otherwise */
+    uint8_t asked;    /* narrow queries */
+    bool settled;     /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
+    bool coarse;      /* only bounds are asked for */
+    bool stands;      /* standing bounds hold ... */
+    bool floor;       /* ... but are none of their own */
+    bool left;        /* by the budget */
+    bool search_left; /* to a later tick */
+    uint32_t work;    /* units that its refinement is expected to take, with a budget */
+    uint32_t cost;    /* units: of its refinement while it is open, of what was done then */
+    uint32_t result;  /* index into world.results otherwise */
 } outcome;
 
 typedef struct sweep { /* a search for a time of impact: one pair, one subscription */
     uint32_t active;   /* index into active_pairs */
     uint32_t subscription;
-    uint64_t tick; /* whose way is searched */
+    uint64_t tick;             /* whose way is searched */
+    uint32_t spent;            /* of TOI_WORK_MAX, before it begins: the rest is what it is allowed */
+    uint64_t most;             /* units that it may take */
+    uint32_t queries, steps;   /* that it took, with caches or without */
+    bool tried, done, put_off; /* in this tick; to a later one */
     bool predicts;
     bool again; /* asks what the one before it asks */
     bool estimated;
@@ -296,10 +314,33 @@ typedef struct payer { /* an owner, and how many pairs are charged to him; 0: th
     uint32_t pairs;
 } payer;
 
+/* Of pairs, whose owners may share one. */
+enum { SEARCH_LISTS = 64 };
+typedef struct search_list {
+    uint32_t first, last;
+} search_list;
+
 typedef struct leaver { /* so many colliders of this owner leave */
     uint64_t owner;
     size_t count;
 } leaver;
+
+typedef struct goer { /* a body that is to be removed, unless its id has become another's: then its label is another */
+    uint64_t label;
+    uint32_t body;
+} goer;
+
+typedef struct goers { /* of one owner, from `first` on; none: it may become another's */
+    uint64_t owner;
+    size_t first;
+    ARRAY(goer) list;
+} goers;
+
+typedef struct mover { /* an owner of bodies that have moved, in a tick that does not settle all; see settling.c */
+    uint64_t owner, units;
+    int64_t credit;
+    size_t left; /* of his, to the next tick */
+} mover;
 
 struct world {
     world_options options;
@@ -321,11 +362,18 @@ struct world {
     ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
     uint64_t ruling;  /* counts filters, from 1 */
 
-    ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
-    uint64_t effort;        /* of these, units: see effort.c */
-    size_t wide;            /* bodies that take much more of it than most, see effort.c */
-    ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
-    ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
+    ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    uint64_t effort;       /* of these, units: see effort.c */
+    ARRAY(uint64_t) left;  /* of dirty, those that this tick has left to the next one; ... */
+    bool reaps_late;       /* some that are to be reaped wait for the next tick */
+    bool in_parts;         /* some may be left: a step has moved them */
+    uint64_t left_effort;  /* ... units */
+    ARRAY(mover) movers;
+    ARRAY(uint32_t) mover_at; /* of each that was dirty */
+    uint64_t moves_before;    /* figures.moves, at the last tick */
+    size_t wide;              /* bodies that take much more of it than most, see effort.c */
+    ARRAY(uint32_t) awake;    /* of these, those that were not calm, in their order: made by body_settle_dirty */
+    ARRAY(uint32_t) glided;   /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) changed_subscriptions; /* since the last tick, or closed by it */
     ARRAY(uint32_t) unsettled;             /* subscriptions for which not all bodies have been looked at */
@@ -365,6 +413,9 @@ struct world {
     ARRAY(uint32_t) leaving;   /* colliders that are gone but for their pairs, in the order in which they go on */
     pair_map leaving_names;    /* hash of a name -> ghosts that leave, and had a name of that hash */
     ARRAY(leaver) leavers;     /* whose they are */
+    ARRAY(goers) goers;        /* bodies that are to be removed; ... */
+    size_t going;              /* ... so many, ... */
+    size_t goer_turn, goer;    /* ... those of this place go first; the place of the last one that was told */
     size_t dear;               /* colliders of which a few pairs may be more than a slice: see slices_is_dear */
     uint64_t pending;          /* pairs, at least, that wait */
     bool sliced;               /* in this tick something was put off, or had been */
@@ -380,6 +431,13 @@ struct world {
     bool bounds_asked; /* by a subscription */
     ARRAY(narrow_result) results;
     ARRAY(sweep) sweeps;         /* in the order of active_pairs, then of subscriptions */
+    ARRAY(uint32_t) sweep_order; /* sweeps, as they are made */
+    ARRAY(uint64_t) sweep_keys;
+    ARRAY(uint32_t) search_again;      /* sweeps that were allowed too little */
+    search_list waiting[SEARCH_LISTS]; /* pairs whose searches have been put off: see impact_wait.c */
+    uint32_t search_turn;              /* the list that goes first */
+    size_t searching, searching_bodies;
+    ARRAY(leaver) searchers;     /* whose bodies these are */
     size_t ccds;                 /* bodies with a mode of their own */
     ARRAY(uint32_t) past_bodies; /* that keep ways of ticks that are over; ... */
     size_t past_ways;            /* ... so many, all of them */
@@ -435,6 +493,16 @@ void leaving_restored(world *w);                   /* what follows from the list
 bool leaving_holds(const world *w, const body *b); /* it is in no subscription yet: what was called so has yet to end */
 size_t leaving_of(const world *w, uint64_t owner);
 
+/* removal.c */
+void removal_go_on(world *w);                /* a tick begins: as many as a slice has room for are removed */
+void removal_forget(world *w, body *b);      /* it is being removed */
+bool removal_hastens(world *w, uint32_t id); /* if that one is to go, it is removed now */
+size_t removal_of(const world *w, uint64_t owner);
+void removal_free(world *w);
+uint64_t removal_units(const body *b); /* that it takes */
+void removal_save(const world *w, bytes_out *to);
+bool removal_restore(world *w, bytes_in *from);
+
 /* body_shapes.c */
 static inline bool pose_same(pose a, pose b)
 {
@@ -458,6 +526,12 @@ const char *payers_validate(const world *w);
 /* effort.c */
 void effort_measure(world *w, body *b);        /* its shapes are others */
 void effort_restored(world *w, const body *b); /* it has them */
+
+/* settling.c */
+void settling_choose(world *w);   /* of dirty, sorted, as many stay as this tick has room for, the others are `left` */
+void settling_end(world *w);      /* and are dirty in the next one */
+void settling_restored(world *w); /* from what bodies say */
+size_t settling_of(const world *w, uint64_t owner); /* how many of his this tick has left */
 
 /* collider.c */
 /* Where it is when its body is there. */
@@ -545,9 +619,10 @@ static inline bool pair_is_pending(const world *w, const pair *p)
 }
 
 /* slices.c */
-void slices_begin(world *w);                                /* a tick: how far the broad phase may go */
-void slices_take(world *w);                                 /* puts the pairs of this tick on the active list */
-void slices_forget(world *w, uint32_t body);                /* it is gone */
+void slices_begin(world *w);                            /* a tick: how far the broad phase may go */
+void slices_take(world *w, uint64_t spent);             /* puts the pairs of this tick on the active list */
+void slices_concern_body(world *w, uint32_t body);      /* what is undone of it is told */
+void slices_forget(world *w, uint32_t body);            /* it is gone */
 bool slices_concern(const world *w, uint32_t subscription); /* is one of its bodies due? */
 static inline bool slices_is_dear(const collider *s)
 {
@@ -601,6 +676,7 @@ void past_reshape(world *w, uint32_t body); /* its shapes are about to be others
 aabb past_bounds(const body *b, aabb box);  /* that, and all that it keeps */
 uint64_t past_decided(const world *w, const pair *p, const body *a, const body *b); /* the tick up to which it is */
 uint64_t past_next(const body *a, const body *b, uint64_t after); /* tick of which one keeps a way; UINT64_MAX: none */
+size_t past_waiting(const world *w, const pair *p, const body *a, const body *b); /* so many ticks are not decided */
 /* As it was in that tick: itself, or *out. Any thread. */
 const body *past_body(const world *w, const body *b, uint64_t tick, body *out);
 bool past_apart(const body *a, const body *b, double by); /* proven by the boxes of what past_body gave */
@@ -609,6 +685,22 @@ bool past_restore(world *w, uint32_t body, bytes_in *from);
 
 /* impact.c */
 void impact_decide(world *w);
+
+/* impact_turns.c */
+/* Makes as many of the searches as the slice has room for, with `search` for some places of sweep_order. */
+typedef void impact_batch(world *w, size_t from, size_t to);
+void impact_search(world *w, impact_batch *search);
+uint64_t impact_units(const world *w, const pair *p); /* that they are expected to take, with kept ways */
+
+/* impact_wait.c */
+void impact_wait_init(world *w);
+const char *impact_wait_validate(const world *w); /* what is wrong with the lists, or NULL; ... */
+const char *impact_wait_restored(world *w);       /* ... the same of those that were read */
+uint64_t impact_go_on(world *w);                  /* activates some of those that wait: units */
+void impact_settle(world *w);                     /* those that are not done wait */
+void impact_forget(world *w, uint32_t pair);      /* it waits no more */
+uint32_t impact_list_of(const world *w, const pair *p);
+size_t impact_waiting_of(const world *w, uint64_t owner); /* his bodies that have such pairs */
 
 /* impact_axis.c */
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */

@@ -30,7 +30,8 @@ void world_trim(world *w)
     GIVE_UNUSED_BACK(&w->watches, &w->watch_ids);
     for (size_t i = 0; i < w->subscriptions.count; i++) trim_subscription(&w->subscriptions.at[i]);
     w->active.count = w->active_pairs.count = w->outcomes.count = w->open.count = w->needs.count = 0;
-    w->results.count = w->sweeps.count = w->sort_scratch.count = 0;
+    w->results.count = w->sweeps.count = w->sweep_order.count = w->sweep_keys.count = w->search_again.count =
+        w->sort_scratch.count = 0;
     array_trim(&w->active);
     array_trim(&w->active_pairs);
     array_trim(&w->outcomes);
@@ -38,6 +39,9 @@ void world_trim(world *w)
     array_trim(&w->needs);
     array_trim(&w->results);
     array_trim(&w->sweeps);
+    array_trim(&w->sweep_order);
+    array_trim(&w->sweep_keys);
+    array_trim(&w->search_again);
     array_trim(&w->sort_scratch);
     array_trim(&w->unfinished);
     array_trim(&w->lingering);

@@ -85,6 +85,13 @@ static const char *check_calm(const world *w)
     return NULL;
 }
 
+static const char *check_going(const world *w)
+{
+    size_t going = 0;
+    for (size_t i = 0; i < w->bodies.count; i++) going += w->bodies.at[i].used && w->bodies.at[i].goes;
+    return going == w->going ? NULL : "bodies that are to go miscounted";
+}
+
 static const char *check_lists(const world *w, uint32_t id, size_t *watches)
 {
     const subscription *i = &w->subscriptions.at[id];
@@ -125,5 +132,7 @@ const char *world_validate(const world *w)
     if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";
     fault = check_calm(w);
     if (!fault) fault = check_kept_ids(w);
+    if (!fault) fault = check_going(w);
+    if (!fault) fault = impact_wait_validate(w);
     return fault ? fault : broad_validate(w->broad);
 }

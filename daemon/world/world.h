@@ -106,8 +106,17 @@ typedef struct world_poses {
     int64_t stamp_ns;
 } world_poses;
 size_t world_move_bodies(world *w, const world_poses *poses, uint32_t *left_out);
+/* What was moved since the last tick is a step, and may be more than the next one can take: then some of it is left to
+ * those that follow, is counted in pending_bodies until then, and is told of, and asked for, as it was. Who answers
+ * steps waits until nothing is pending (world_pending_of), and moves nothing more of it before. */
+void world_part_moves(world *w);
 /* Its contacts end with this cause in the next tick; its id is free after it. */
 world_status world_remove_body(world *w, uint32_t id, uint8_t cause);
+/* The same of one of very many: with the next ticks, as far as their slices go. Until its turn it stands where it is,
+ * counted in pending_bodies, but no more among the bodies and shapes that there are; a body that is put under its name
+ * takes its place at once. Whoever put it forgets its id. */
+world_status world_remove_soon(world *w, uint32_t id, uint8_t cause);
+bool world_some_go(const world *w); /* are there any? Their hulls are still needed */
 /* Stale at once and until the next pose, whatever its deadline: its owner is lost. */
 world_status world_hold_body(world *w, uint32_t id);
 
@@ -260,12 +269,14 @@ void world_set_budget(world *w, world_grant *grant, void *context);
  * pair of two bodies that are both pending is the work of the one who has far more of them.
  *
  * What is pending is unknown: what was told of such a pair before stands, and world_batch.undone counts it for each
- * subscription that it may concern. A way of one tick (WORLD_IMPACT) is not searched later: it is among what is undone
- * in that tick. The same commands and slices give the same events; where no tick is cut, those of a world without. */
+ * subscription that it may concern. So it is with pairs whose searches (WORLD_IMPACT, WORLD_PREDICT) have been put off: a
+ * way is searched later as it was, a course from the newest poses on. With a slice, one search of meshes or compounds
+ * takes some 9 ms at most: what is not decided by then is told as WORLD_WIDE. The same commands and slices give the
+ * same events; where no tick is cut, those of a world without. */
 void world_set_slice(world *w, uint64_t units);
 /* Did the slice make a difference in the last tick? If not, any larger one gives the same events. */
 bool world_was_sliced(const world *w);
-/* Bodies of this owner of whose pairs some are pending. */
+/* Bodies of this owner of whose pairs, or of the searches of these, some are pending. */
 size_t world_pending_of(const world *w, uint64_t owner);
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
@@ -397,7 +408,8 @@ typedef struct world_figures {
     uint64_t work, undone, unbounded;
     uint64_t undone_ticks; /* cumulative: ticks that left something */
     /* The slices. Now: bodies that are pending, and how many pairs that concerns, at least (what has not been found is
-     * not counted); units that the last tick took; cumulative: ticks in which the slice made a difference. */
+     * not counted; those whose searches have been put off are); units that the last tick took; cumulative: ticks in
+     * which the slice made a difference. */
     size_t pending_bodies, pending_pairs;
     size_t parked_bodies; /* that wait for max_pairs */
     uint64_t slice_units, sliced_ticks;

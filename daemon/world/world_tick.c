@@ -38,6 +38,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->leaving_names);
     match_init(&w->match);
     rules_init(&w->rules);
+    impact_wait_init(w);
     w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;
@@ -116,6 +117,9 @@ void world_destroy(world *w)
     free(w->rulings);
     array_free_in_place(&w->watches);
     array_free(&w->dirty);
+    array_free(&w->left);
+    array_free(&w->movers);
+    array_free(&w->mover_at);
     array_free(&w->awake);
     array_free(&w->glided);
     array_free(&w->past_bodies);
@@ -140,10 +144,15 @@ void world_destroy(world *w)
     array_free(&w->purses);
     array_free(&w->leaving);
     array_free(&w->leavers);
+    removal_free(w);
     pair_map_free(&w->leaving_names);
     array_free(&w->concerned);
     array_free(&w->results);
     array_free(&w->sweeps);
+    array_free(&w->sweep_order);
+    array_free(&w->sweep_keys);
+    array_free(&w->search_again);
+    array_free(&w->searchers);
     array_free(&w->batches);
     free(w);
 }
@@ -154,6 +163,7 @@ static void begin_tick(world *w, int64_t now_ns)
     w->figures.ticks++;
     w->round++;
     subscription_begin_tick(w);
+    removal_go_on(w);
     body_reap(w);
     slices_begin(w);
     leaving_begin(w);
@@ -167,8 +177,8 @@ static void end_tick(world *w)
     for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
     subscription_end_tick(w);
     w->last_tick_ns = w->now_ns;
-    w->dirty.count = w->glided.count = 0;
-    w->effort = 0;
+    w->glided.count = 0;
+    settling_end(w);
     w->changed = w->some_glided = w->rematched = false;
     ASSERT_WHOLE(whole_is_due(w->figures.ticks, w->bodies.count + w->pairs.count), world_validate(w));
 }
@@ -234,8 +244,9 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
-    if (w->snapping || w->lets_in) return true;
-    return w->changed || w->unfinished.count || w->due || w->olds || w->leaving.count || match_is_unsettled(&w->match);
+    if (w->snapping || w->lets_in || w->left.count || w->searching) return true;
+    return w->changed || w->unfinished.count || w->due || w->olds || w->leaving.count || w->going ||
+           match_is_unsettled(&w->match);
 }
 
 bool world_is_closing(const world *w)

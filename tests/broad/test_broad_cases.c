@@ -1,6 +1,8 @@
 /* Cases that a reader can follow: one property of the broad phase each. */
 #include "broad_world.h"
 
+#include <math.h>
+
 static void put_box(broad *b, uint32_t id, bool fixed, aabb box, double margin)
 {
     broad_move move = {.proxy = id, .fixed = fixed, .box = box, .margin = margin};
@@ -340,6 +342,66 @@ static void a_pair_keeps_its_number_as_long_as_it_is_one(void **state)
     broad_destroy(b);
 }
 
+/* ---- a search around very many ---- */
+
+enum { VERY_MANY = 40000, HUB = VERY_MANY, A_PART = 200000 /* units */ };
+
+/* All parts of the search; `ends`: of pairs that part. How many parts there were. */
+static size_t search_in_parts(broad *b, bool ends, size_t expected)
+{
+    size_t parts = 0, changed = 0, fewest = SIZE_MAX;
+    uint32_t last = 0;
+    for (bool whole = false; !whole; parts++) {
+        broad_changes c;
+        uint64_t spent;
+        whole = broad_search(b, HUB, A_PART, NULL, NULL, &c, &spent);
+        const broad_pair *some = ends ? c.ended : c.began;
+        size_t count = ends ? c.ended_count : c.began_count;
+        assert_int_equal(ends ? c.began_count : c.ended_count, 0);
+        for (size_t i = 0; i < count; i++) {
+            assert_int_equal(some[i].b, HUB);
+            assert_true(changed + i == 0 || some[i].a > last);
+            last = some[i].a;
+        }
+        changed += count;
+        if (!whole && count < fewest) fewest = count;
+        assert_true(parts < 2000 && spent < A_PART + 4000000);
+    }
+    assert_int_equal(changed, expected);
+    assert_true(fewest >= 64);
+    return parts;
+}
+
+/* Three in four are near it, one in five of these does not move, as it does itself at last; one is a half-space. */
+static void a_search_around_very_many_finds_each_of_them_by_rising_ids(void **state)
+{
+    (void)state;
+    const double inf = INFINITY;
+    broad *b = make_broad(accept_all, NULL);
+    size_t near = 0, near_moving = 0;
+    for (uint32_t i = 0; i < VERY_MANY; i++) {
+        bool fixed = i % 5 == 0, is_far = i % 4 == 3, is_plane = i == 77;
+        aabb box = cube_at(0.1 * i, is_far ? 1e6 : 0, 0, 0.01);
+        if (is_plane) box = (aabb){vec(-inf, -inf, -inf), vec(inf, inf, -1)};
+        put_box(b, i, fixed || is_plane, box, 0.001);
+        near += !is_far && !is_plane;
+        near_moving += !is_far && !is_plane && !fixed;
+    }
+    update(b);
+    broad_set_limit(b, 1000, SIZE_MAX);
+    put_box(b, HUB, false, cube_at(0, 0, 0, 0.2 * VERY_MANY), 0.1);
+    assert_changes(update(b), 0, 0);
+    assert_true(broad_is_unsearched(b, HUB));
+    assert_true(search_in_parts(b, false, near + 1) > 2);
+    put_box(b, HUB, false, cube_at(0, 0, 4e6, 1), 0.1);
+    assert_changes(update(b), 0, 0);
+    assert_true(search_in_parts(b, true, near + 1) > 2);
+    put_box(b, HUB, true, cube_at(0, 0, 0, 0.2 * VERY_MANY), 0.1);
+    update(b);
+    assert_true(search_in_parts(b, false, near_moving) > 2);
+    broad_destroy(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -356,6 +418,7 @@ int main(void)
         cmocka_unit_test(a_refilter_begins_and_ends_pairs_of_resting_boxes),
         cmocka_unit_test(the_order_of_the_calls_does_not_matter),
         cmocka_unit_test(a_pair_keeps_its_number_as_long_as_it_is_one),
+        cmocka_unit_test(a_search_around_very_many_finds_each_of_them_by_rising_ids),
     };
     return run_with_each_index(tests);
 }

@@ -139,6 +139,17 @@ static void live(bool removing, bool disposing)
     for (;;) pause();
 }
 
+static void many(void)
+{
+    wire_message client = sample_message(WIRE_CLIENT), body = sample_message(WIRE_BODY);
+    dds_entity_t bodies = matched_writer(WIRE_BODY, 0);
+    put(matched_writer(WIRE_CLIENT, client.client.lease_ns), &client, false);
+    for (body.body.body = 0; body.body.body < MANY_BODIES; body.body.body++) put(bodies, &body, false);
+    (void)dds_wait_for_acks(bodies, DDS_SECS(30));
+    say("sent");
+    for (;;) pause();
+}
+
 static void listen_to(const char *stream)
 {
     dds_entity_t r = endpoint(WIRE_EVENT_BATCH, WIRE_DDS_READER, stream, 0);
@@ -227,6 +238,7 @@ int dds_client(int argc, char **argv)
     if (strcmp(role, "flood") == 0) flood();
     if (strcmp(role, "aside") == 0) aside();
     if (strcmp(role, "large") == 0) large();
+    if (strcmp(role, "many") == 0) many();
     if (strcmp(role, "bad") == 0) bad();
     if (strcmp(role, "listen") == 0 && argc > 3) listen_to(argv[3]);
     return EXIT_FAILURE;

@@ -338,6 +338,29 @@ static void a_large_batch_comes_in_parts_and_a_step_does_not(void **state)
     rig_close(&r);
 }
 
+/* What takes long to carry out comes in several rounds, and the loss of who sent it behind the last of it. */
+static void much_comes_in_several_rounds_and_the_loss_of_its_sender_behind(void **state)
+{
+    (void)state;
+    enum { A_TAKE = 64 };
+    rig r;
+    dds_open(&r);
+    client c = client_start("many", NULL);
+    assert_says_unheard(&c, "sent");
+    client_kill(&c);
+    r.sink.much = is_enough;
+    int64_t end = clock_monotonic_ns() + (int64_t)(RIG_PATIENCE_S * 1e9);
+    while (!r.heard.lost && clock_monotonic_ns() < end) {
+        size_t before = r.heard.messages[WIRE_BODY];
+        r.link->ops->receive(r.link, &r.sink);
+        assert_true(r.heard.messages[WIRE_BODY] <= before + A_TAKE);
+        rig_is_woken(&r, 1);
+    }
+    assert_int_equal(r.heard.lost, 1);
+    assert_int_equal(r.heard.messages[WIRE_BODY], MANY_BODIES);
+    rig_close(&r);
+}
+
 /* ---- rounds on the thread that poses arrive on ---- */
 
 enum { EVENTS_A_ROUND = 16 };
@@ -523,6 +546,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(large_batches_arrive_in_order),
         cmocka_unit_test(a_flood_of_poses_does_not_stand_before_those_of_others),
         cmocka_unit_test(a_large_batch_comes_in_parts_and_a_step_does_not),
+        cmocka_unit_test(much_comes_in_several_rounds_and_the_loss_of_its_sender_behind),
         cmocka_unit_test(no_round_on_arrival_waits_for_a_reader),
         cmocka_unit_test(a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed),
         cmocka_unit_test(a_body_taken_back_is_removed_once),

@@ -119,6 +119,7 @@ static void a_step_of_many_shapes_is_limited(void **state)
 {
     (void)state;
     config c = cell_config();
+    c.max_step_poses = 50000;
     cell *cell = cell_start(&c);
     memory_end *e = cell_client(cell);
     wire_memory *memory = wire_memory_create();

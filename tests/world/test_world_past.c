@@ -196,7 +196,7 @@ static run follow(const plan *p, bool cut)
     }
     world_tick(r.w, 1, &batches);
     hear(&r.told, &batches, 0);
-    for (int t = 1; t < p->ticks || world_get_figures(r.w).pending_bodies; t++) {
+    for (int t = 1; t < p->ticks || world_changed(r.w); t++) {
         bool over = t >= p->ticks;
         assert_true(t < p->ticks + 2000);
         if (!over) command(p, &r, &seed, t);
