@@ -14,6 +14,7 @@
 
 #include "base/array.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 /* No answer is wider than this share of the pair's size (narrow.h), unless the effort of its query ended: the cheap
@@ -174,6 +175,14 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
     if (out->stands) out->stage = STAGE_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
+/* Mostly no body is stale, and those of the pair need not be looked up. */
+static inline bool is_stale(const world *w, const pair *p)
+{
+    const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
+    assert(w->figures.stale_bodies || !(a->stale || b->stale));
+    return w->figures.stale_bodies && (a->stale || b->stale);
+}
+
 /* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two
  * colliders, and where their bodies are. */
 static inline void fetch_pairs_ahead(const world *w, size_t k)
@@ -191,9 +200,7 @@ static inline void fetch_pairs_ahead(const world *w, size_t k)
     p = &w->pairs.at[w->active_pairs.at[k + THEIR_BODIES_AHEAD]];
     const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
     __builtin_prefetch(&x->pose);
-    __builtin_prefetch(&x->shapes);
     __builtin_prefetch(&y->pose);
-    __builtin_prefetch(&y->shapes);
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -204,7 +211,7 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     for (size_t k = begin; k < end; k++) {
         fetch_pairs_ahead(w, k);
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        bool stale = w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale;
+        bool stale = is_stale(w, p);
         w->outcomes.at[k] = (outcome){.stage = STAGE_UNKNOWN, .settled = stale, .result = WORLD_NONE};
         if (stale)
             p->standing.epoch = 0;
