@@ -8,6 +8,11 @@
 
 #include <string.h>
 
+static bool has_impact(uint8_t kind)
+{
+    return kind == EVENT_IMPACT || kind == EVENT_PREDICTED;
+}
+
 static uint64_t hash_vec(uint64_t h, vec3 v)
 {
     return hash_double(hash_double(hash_double(h, v.x), v.y), v.z);
@@ -35,7 +40,7 @@ static uint64_t hash_event(uint64_t h, uint32_t subscription, const world_event 
     h = hash_vec(hash_vec(hash_vec(h, e->axis), e->point_a), e->point_b);
     h = hash_double(hash_double(h, (double)e->age_a_ns), (double)e->age_b_ns);
     h = hash_manifold(hash_double(h, e->closing), &e->manifold);
-    if (e->kind == EVENT_IMPACT || e->kind == EVENT_PREDICTED) {
+    if (has_impact(e->kind)) {
         h = hash_double(hash_double(h, e->impact.lo), e->impact.hi);
         h = hash_double(h, (double)e->impact.start_ns);
     }
@@ -45,9 +50,10 @@ static uint64_t hash_event(uint64_t h, uint32_t subscription, const world_event 
 void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
 {
     subscription *i = &w->subscriptions.at[id];
-    array_push(&i->events, *e);
+    array_reserve(&i->events, i->events.count + 1);
+    world_event *mine = &i->events.at[i->events.count++];
+    event_copy(mine, e, has_impact(kind));
     subscription_wake(w, id);
-    world_event *mine = &i->events.at[i->events.count - 1];
     mine->kind = kind;
     mine->cause = cause;
     mine->contact = contact;
