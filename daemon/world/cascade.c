@@ -78,6 +78,7 @@ demand cascade_demand(const world *w, const pair *p)
                     .engine = w->options.engine,
                     .brief = true},
         .limit = -INFINITY,
+        .reported = reported,
         .coarse = true,
         .verdict_only = true};
     match_list wanted = subscription_list(w, p);
@@ -136,12 +137,13 @@ static double kept_far_enough(const world *w, pair *p)
     return p->beyond;
 }
 
-/* Without a budget, and where nobody asks for bounds. */
+/* Without a budget, and where nobody asks for bounds. Whether anything is asked of a pair that somebody was told of, what
+ * is kept of it says too: hysteresis changes only how far. */
 static void look_for_proof(const world *w, pair *p, outcome *out)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    bool reported = pair_is_reported(w, p);
-    double beyond = reported ? cascade_demand(w, p).limit : kept_far_enough(w, p);
+    bool reported = pair_is_reported(w, p), is_kept = !reported || p->asked_epoch == w->epoch;
+    double beyond = is_kept ? kept_far_enough(w, p) : cascade_demand(w, p).limit;
     if (!(beyond > -INFINITY)) {
         settle(out, STAGE_UNASKED, 0);
     } else if (!reported && remembers(w)) {
@@ -256,7 +258,7 @@ static uint32_t ask_at(const world *w, const pair *p, const pose *b_in_a, const 
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     narrow_request request = d->request;
-    bool reported = pair_is_reported(w, p);
+    bool reported = d->reported;
     uint32_t asked = 0;
     request.tolerance = tolerance_within(request.tolerance, collider_relative_error(w, a, b));
     if (d->verdict_only || (!reported && !(request.facts & NARROW_DISTANCE))) {
