@@ -298,6 +298,13 @@ static void keep(const world *w, pair *p, const pose *b_in_a, const narrow_resul
     p->refined = true;
 }
 
+/* Hulls that overlap, or a hull and a box. */
+static bool wants_shell(const pair *p, shape_type a, shape_type b, const narrow_result *r)
+{
+    bool hulls = (a == SHAPE_HULL || a == SHAPE_BOX) && (b == SHAPE_HULL || b == SHAPE_BOX) && a + b != 2 * SHAPE_BOX;
+    return hulls && r->hi < 0 && !p->cache.shell;
+}
+
 static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
 {
     outcome *out = &w->outcomes.at[k];
@@ -310,6 +317,7 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     out->cost = work_of(a, b, &d, r->lo);
     out->stage = STAGE_OF_METHOD[r->method];
     out->left = false;
+    out->wants_shell = wants_shell(p, a->shape.type, b->shape.type, r);
     keep(w, p, &b_in_a, r);
 }
 
@@ -519,17 +527,13 @@ static void count_outcomes(world *w)
     }
 }
 
-/* Hulls that overlap, or a hull and a box, remember the surface that proved their depth: from the next tick on, until
- * the pair ends. */
+/* Pairs that want one remember the surface that proved their depth: from the next tick on, until they end. */
 static void lend_shells(world *w)
 {
     for (size_t i = w->bounds; i < w->open.count && w->options.caches; i++) {
+        if (!w->outcomes.at[w->open.at[i]].wants_shell) continue;
         pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
-        shape_type a = w->colliders.at[p->a].shape.type, b = w->colliders.at[p->b].shape.type;
-        bool hulls =
-            (a == SHAPE_HULL || a == SHAPE_BOX) && (b == SHAPE_HULL || b == SHAPE_BOX) && a + b != 2 * SHAPE_BOX;
-        if (hulls && w->results.at[i].hi < 0 && !p->cache.shell)
-            p->cache.shell = base_zalloc(1, sizeof *p->cache.shell);
+        p->cache.shell = base_zalloc(1, sizeof *p->cache.shell);
     }
 }
 

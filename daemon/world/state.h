@@ -265,6 +265,7 @@ typedef struct outcome { /* of one active pair in one tick */
     bool stands;     /* standing bounds hold ... */
     bool floor;      /* ... but are none of their own */
     bool left;       /* by the budget */
+    bool wants_shell;
     uint32_t work;   /* units that its refinement is expected to take, with a budget */
     uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
     uint32_t result; /* index into world.results otherwise */
