@@ -148,18 +148,18 @@ _Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) =
     "a line each");
 
 typedef struct collider { /* a shape of a body: the broad phase's proxy under the same id */
-    shape shape;
-    pose local;
-    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
-    aabb box;      /* of the shape at `world`, not fat */
-    compound *own; /* what shape.compound is, or NULL */
-    double reach;  /* of the shape about its own origin */
+    _Alignas(64) shape shape; /* a line for this, ... */
+    double reach;             /* ... and one for all else that each tick looks at; of the shape about its own origin */
     uint32_t body;
     int32_t index;            /* in the body */
-    bool at_origin;           /* of the body, and not turned: `local` is the identity */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
+    bool at_origin;           /* of the body, and not turned: `local` is the identity */
     bool used, ghost;
-    bool kept; /* as a body's */
+    bool kept;     /* as a body's */
+    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
+    aabb box;      /* of the shape at `world`, not fat */
+    pose local;    /* in the body */
+    compound *own; /* what shape.compound is, or NULL */
 } collider;
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
