@@ -180,16 +180,15 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
 /* Mostly no body is stale, and those of the pair need not be looked up. */
 static inline bool is_stale(const world *w, const pair *p)
 {
-    const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
-    assert(w->figures.stale_bodies || !(a->stale || b->stale));
-    return w->figures.stale_bodies && (a->stale || b->stale);
+    if (!w->figures.stale_bodies) return false;
+    return w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale;
 }
 
 /* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two
  * colliders, and where their bodies are. */
 static inline void fetch_pairs_ahead(const world *w, size_t k)
 {
-    enum { PAIRS_AHEAD = 12, COLLIDERS_AHEAD = 8, THEIR_BODIES_AHEAD = 4, A_LINE = 64 };
+    enum { PAIRS_AHEAD = 24, COLLIDERS_AHEAD = 16, THEIR_BODIES_AHEAD = 8, A_LINE = 64 };
     if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
     const char *next = (const char *)&w->pairs.at[w->active_pairs.at[k + PAIRS_AHEAD]];
     for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(next + at);
@@ -199,6 +198,7 @@ static inline void fetch_pairs_ahead(const world *w, size_t k)
     __builtin_prefetch(&a->reach);
     __builtin_prefetch(&b->shape);
     __builtin_prefetch(&b->reach);
+    if (p->first_watch != WORLD_NONE) __builtin_prefetch(&w->watches.at[p->first_watch]);
     p = &w->pairs.at[w->active_pairs.at[k + THEIR_BODIES_AHEAD]];
     const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
     __builtin_prefetch(&x->pose);

@@ -109,6 +109,8 @@ void events_fill(
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    __builtin_prefetch(x->name); /* for the hash */
+    __builtin_prefetch(y->name);
     *e = (world_event){.name_a = x->name,
         .name_b = y->name,
         .shape_a = a->index,
