@@ -184,25 +184,50 @@ static inline bool is_stale(const world *w, const pair *p)
     return w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale;
 }
 
-/* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two
- * colliders, and where their bodies are. */
-static inline void fetch_pairs_ahead(const world *w, size_t k)
+/* What lies beyond the caches in a large world is asked for while other pairs are worked on: a pair, then its two
+ * colliders and what was told of it, then where their bodies are. */
+static inline void fetch_pair(const world *w, uint32_t id)
 {
-    enum { PAIRS_AHEAD = 24, COLLIDERS_AHEAD = 16, THEIR_BODIES_AHEAD = 8, A_LINE = 64 };
-    if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
-    const char *next = (const char *)&w->pairs.at[w->active_pairs.at[k + PAIRS_AHEAD]];
-    for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(next + at);
-    const pair *p = &w->pairs.at[w->active_pairs.at[k + COLLIDERS_AHEAD]];
+    enum { A_LINE = 64 };
+    const char *p = (const char *)&w->pairs.at[id];
+    for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(p + at);
+}
+
+static inline void fetch_colliders(const world *w, uint32_t id)
+{
+    const pair *p = &w->pairs.at[id];
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     __builtin_prefetch(&a->shape);
     __builtin_prefetch(&a->reach);
     __builtin_prefetch(&b->shape);
     __builtin_prefetch(&b->reach);
     if (p->first_watch != WORLD_NONE) __builtin_prefetch(&w->watches.at[p->first_watch]);
-    p = &w->pairs.at[w->active_pairs.at[k + THEIR_BODIES_AHEAD]];
-    const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
-    __builtin_prefetch(&x->pose);
-    __builtin_prefetch(&y->pose);
+}
+
+static inline void fetch_bodies(const world *w, uint32_t id)
+{
+    const pair *p = &w->pairs.at[id];
+    __builtin_prefetch(&w->bodies.at[w->colliders.at[p->a].body].pose);
+    __builtin_prefetch(&w->bodies.at[w->colliders.at[p->b].body].pose);
+}
+
+static inline void fetch_active_ahead(const world *w, size_t k)
+{
+    enum { PAIRS_AHEAD = 24, COLLIDERS_AHEAD = 16, BODIES_AHEAD = 8 };
+    if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
+    fetch_pair(w, w->active_pairs.at[k + PAIRS_AHEAD]);
+    fetch_colliders(w, w->active_pairs.at[k + COLLIDERS_AHEAD]);
+    fetch_bodies(w, w->active_pairs.at[k + BODIES_AHEAD]);
+}
+
+/* Those that are asked in full, which takes longer. */
+static inline void fetch_open_ahead(const world *w, size_t n)
+{
+    enum { PAIRS_AHEAD = 6, COLLIDERS_AHEAD = 4, BODIES_AHEAD = 2 };
+    if (n + PAIRS_AHEAD >= w->open.count) return;
+    fetch_pair(w, w->active_pairs.at[w->open.at[n + PAIRS_AHEAD]]);
+    fetch_colliders(w, w->active_pairs.at[w->open.at[n + COLLIDERS_AHEAD]]);
+    fetch_bodies(w, w->active_pairs.at[w->open.at[n + BODIES_AHEAD]]);
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -211,7 +236,7 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     world *w = context;
     bool bounds = w->bounds_asked || w->grant;
     for (size_t k = begin; k < end; k++) {
-        fetch_pairs_ahead(w, k);
+        fetch_active_ahead(w, k);
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
         bool stale = is_stale(w, p);
         w->outcomes.at[k] = (outcome){.stage = STAGE_UNKNOWN, .settled = stale, .result = WORLD_NONE};
@@ -327,6 +352,7 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
     for (size_t n = begin; n < end; n++) {
         uint32_t k = w->open.at[n];
         w->outcomes.at[k].result = (uint32_t)n;
+        fetch_open_ahead(w, n);
         refine(w, k, &w->results.at[n], w->scratch[worker]);
     }
 }
