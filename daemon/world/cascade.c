@@ -137,8 +137,8 @@ static double kept_far_enough(const world *w, pair *p)
     return p->beyond;
 }
 
-/* Without a budget, and where nobody asks for bounds. Whether anything is asked of a pair that somebody was told of, what
- * is kept of it says too: hysteresis changes only how far. */
+/* Without a budget, and where nobody asks for bounds. Whether anything is asked of a pair that somebody was told of,
+ * what is kept of it says too: hysteresis changes only how far. */
 static void look_for_proof(const world *w, pair *p, outcome *out)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
@@ -180,8 +180,11 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
 /* Mostly no body is stale, and those of the pair need not be looked up. */
 static inline bool is_stale(const world *w, const pair *p)
 {
+    const body *bodies = w->bodies.at;
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    assert(w->figures.stale_bodies || !(bodies[a->body].stale || bodies[b->body].stale));
     if (!w->figures.stale_bodies) return false;
-    return w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale;
+    return bodies[a->body].stale || bodies[b->body].stale;
 }
 
 /* What lies beyond the caches in a large world is asked for while other pairs are worked on: a pair, then its two

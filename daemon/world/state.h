@@ -147,7 +147,7 @@ _Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) =
                    offsetof(body, name) == offsetof(body, deadline_ns) + 64,
     "a line each");
 
-typedef struct collider { /* a shape of a body: the broad phase's proxy under the same id */
+typedef struct collider {     /* a shape of a body: the broad phase's proxy under the same id */
     _Alignas(64) shape shape; /* a line for this, ... */
     double reach;             /* ... and one for all else that each tick looks at; of the shape about its own origin */
     uint32_t body;
@@ -259,16 +259,16 @@ typedef struct expiry { /* when a body may become stale, unless a pose comes */
 
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t stage;
-    uint8_t asked;   /* narrow queries */
-    bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
-    bool coarse;     /* only bounds are asked for */
-    bool stands;     /* standing bounds hold ... */
-    bool floor;      /* ... but are none of their own */
-    bool left;       /* by the budget */
-    bool wants_shell;
-    uint32_t work;   /* units that its refinement is expected to take, with a budget */
-    uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
-    uint32_t result; /* index into world.results otherwise */
+    uint8_t asked;    /* narrow queries */
+    bool settled;     /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
+    bool coarse;      /* only bounds are asked for */
+    bool stands;      /* standing bounds hold ... */
+    bool floor;       /* ... but are none of their own */
+    bool left;        /* by the budget */
+    bool wants_shell; /* the pair: see lend_shells in cascade.c */
+    uint32_t work;    /* units that its refinement is expected to take, with a budget */
+    uint32_t cost;    /* units: of its refinement while it is open, of what was done then */
+    uint32_t result;  /* index into world.results otherwise */
 } outcome;
 
 typedef struct sweep { /* a search for a time of impact: one pair, one subscription */
