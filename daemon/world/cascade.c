@@ -14,6 +14,7 @@
 
 #include "base/array.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 /* No answer is wider than this share of the pair's size (narrow.h), unless the effort of its query ended: the cheap
@@ -77,6 +78,7 @@ demand cascade_demand(const world *w, const pair *p)
                     .engine = w->options.engine,
                     .brief = true},
         .limit = -INFINITY,
+        .reported = reported,
         .coarse = true,
         .verdict_only = true};
     match_list wanted = subscription_list(w, p);
@@ -135,12 +137,13 @@ static double kept_far_enough(const world *w, pair *p)
     return p->beyond;
 }
 
-/* Without a budget, and where nobody asks for bounds. */
+/* Without a budget, and where nobody asks for bounds. Whether anything is asked of a pair that somebody was told of,
+ * what is kept of it says too: hysteresis changes only how far. */
 static void look_for_proof(const world *w, pair *p, outcome *out)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    bool reported = pair_is_reported(w, p);
-    double beyond = reported ? cascade_demand(w, p).limit : kept_far_enough(w, p);
+    bool reported = pair_is_reported(w, p), is_kept = !reported || p->asked_epoch == w->epoch;
+    double beyond = is_kept ? kept_far_enough(w, p) : cascade_demand(w, p).limit;
     if (!(beyond > -INFINITY)) {
         settle(out, STAGE_UNASKED, 0);
     } else if (!reported && remembers(w)) {
@@ -174,26 +177,60 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
     if (out->stands) out->stage = STAGE_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
-/* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two
- * colliders, and where their bodies are. */
-static inline void fetch_pairs_ahead(const world *w, size_t k)
+/* Mostly no body is stale, and those of the pair need not be looked up. */
+static inline bool is_stale(const world *w, const pair *p)
 {
-    enum { PAIRS_AHEAD = 12, COLLIDERS_AHEAD = 8, THEIR_BODIES_AHEAD = 4, A_LINE = 64 };
-    if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
-    const char *next = (const char *)&w->pairs.at[w->active_pairs.at[k + PAIRS_AHEAD]];
-    for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(next + at);
-    const pair *p = &w->pairs.at[w->active_pairs.at[k + COLLIDERS_AHEAD]];
+    const body *bodies = w->bodies.at;
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    assert(w->figures.stale_bodies || !(bodies[a->body].stale || bodies[b->body].stale));
+    if (!w->figures.stale_bodies) return false;
+    return bodies[a->body].stale || bodies[b->body].stale;
+}
+
+/* What lies beyond the caches in a large world is asked for while other pairs are worked on: a pair, then its two
+ * colliders and what was told of it, then where their bodies are. */
+static inline void fetch_pair(const world *w, uint32_t id)
+{
+    enum { A_LINE = 64 };
+    const char *p = (const char *)&w->pairs.at[id];
+    for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(p + at);
+}
+
+static inline void fetch_colliders(const world *w, uint32_t id)
+{
+    const pair *p = &w->pairs.at[id];
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     __builtin_prefetch(&a->shape);
     __builtin_prefetch(&a->reach);
     __builtin_prefetch(&b->shape);
     __builtin_prefetch(&b->reach);
-    p = &w->pairs.at[w->active_pairs.at[k + THEIR_BODIES_AHEAD]];
-    const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
-    __builtin_prefetch(&x->pose);
-    __builtin_prefetch(&x->shapes);
-    __builtin_prefetch(&y->pose);
-    __builtin_prefetch(&y->shapes);
+    if (p->first_watch != WORLD_NONE) __builtin_prefetch(&w->watches.at[p->first_watch]);
+}
+
+static inline void fetch_bodies(const world *w, uint32_t id)
+{
+    const pair *p = &w->pairs.at[id];
+    __builtin_prefetch(&w->bodies.at[w->colliders.at[p->a].body].pose);
+    __builtin_prefetch(&w->bodies.at[w->colliders.at[p->b].body].pose);
+}
+
+static inline void fetch_active_ahead(const world *w, size_t k)
+{
+    enum { PAIRS_AHEAD = 24, COLLIDERS_AHEAD = 16, BODIES_AHEAD = 8 };
+    if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
+    fetch_pair(w, w->active_pairs.at[k + PAIRS_AHEAD]);
+    fetch_colliders(w, w->active_pairs.at[k + COLLIDERS_AHEAD]);
+    fetch_bodies(w, w->active_pairs.at[k + BODIES_AHEAD]);
+}
+
+/* Those that are asked in full, which takes longer. */
+static inline void fetch_open_ahead(const world *w, size_t n)
+{
+    enum { PAIRS_AHEAD = 6, COLLIDERS_AHEAD = 4, BODIES_AHEAD = 2 };
+    if (n + PAIRS_AHEAD >= w->open.count) return;
+    fetch_pair(w, w->active_pairs.at[w->open.at[n + PAIRS_AHEAD]]);
+    fetch_colliders(w, w->active_pairs.at[w->open.at[n + COLLIDERS_AHEAD]]);
+    fetch_bodies(w, w->active_pairs.at[w->open.at[n + BODIES_AHEAD]]);
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -202,9 +239,9 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     world *w = context;
     bool bounds = w->bounds_asked || w->grant;
     for (size_t k = begin; k < end; k++) {
-        fetch_pairs_ahead(w, k);
+        fetch_active_ahead(w, k);
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        bool stale = w->bodies.at[w->colliders.at[p->a].body].stale || w->bodies.at[w->colliders.at[p->b].body].stale;
+        bool stale = is_stale(w, p);
         w->outcomes.at[k] = (outcome){.stage = STAGE_UNKNOWN, .settled = stale, .result = WORLD_NONE};
         if (stale)
             p->standing.epoch = 0;
@@ -249,7 +286,7 @@ static uint32_t ask_at(const world *w, const pair *p, const pose *b_in_a, const 
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     narrow_request request = d->request;
-    bool reported = pair_is_reported(w, p);
+    bool reported = d->reported;
     uint32_t asked = 0;
     request.tolerance = tolerance_within(request.tolerance, collider_relative_error(w, a, b));
     if (d->verdict_only || (!reported && !(request.facts & NARROW_DISTANCE))) {
@@ -289,6 +326,13 @@ static void keep(const world *w, pair *p, const pose *b_in_a, const narrow_resul
     p->refined = true;
 }
 
+/* Hulls that overlap, or a hull and a box. */
+static bool wants_shell(const pair *p, shape_type a, shape_type b, const narrow_result *r)
+{
+    bool hulls = (a == SHAPE_HULL || a == SHAPE_BOX) && (b == SHAPE_HULL || b == SHAPE_BOX) && a + b != 2 * SHAPE_BOX;
+    return hulls && r->hi < 0 && !p->cache.shell;
+}
+
 static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
 {
     outcome *out = &w->outcomes.at[k];
@@ -301,6 +345,7 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     out->cost = work_of(a, b, &d, r->lo);
     out->stage = STAGE_OF_METHOD[r->method];
     out->left = false;
+    out->wants_shell = wants_shell(p, a->shape.type, b->shape.type, r);
     keep(w, p, &b_in_a, r);
 }
 
@@ -310,6 +355,7 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
     for (size_t n = begin; n < end; n++) {
         uint32_t k = w->open.at[n];
         w->outcomes.at[k].result = (uint32_t)n;
+        fetch_open_ahead(w, n);
         refine(w, k, &w->results.at[n], w->scratch[worker]);
     }
 }
@@ -510,17 +556,13 @@ static void count_outcomes(world *w)
     }
 }
 
-/* Hulls that overlap, or a hull and a box, remember the surface that proved their depth: from the next tick on, until
- * the pair ends. */
+/* Pairs that want one remember the surface that proved their depth: from the next tick on, until they end. */
 static void lend_shells(world *w)
 {
     for (size_t i = w->bounds; i < w->open.count && w->options.caches; i++) {
+        if (!w->outcomes.at[w->open.at[i]].wants_shell) continue;
         pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
-        shape_type a = w->colliders.at[p->a].shape.type, b = w->colliders.at[p->b].shape.type;
-        bool hulls =
-            (a == SHAPE_HULL || a == SHAPE_BOX) && (b == SHAPE_HULL || b == SHAPE_BOX) && a + b != 2 * SHAPE_BOX;
-        if (hulls && w->results.at[i].hi < 0 && !p->cache.shell)
-            p->cache.shell = base_zalloc(1, sizeof *p->cache.shell);
+        p->cache.shell = base_zalloc(1, sizeof *p->cache.shell);
     }
 }
 

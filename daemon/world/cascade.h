@@ -9,6 +9,7 @@
 typedef struct demand { /* what all subscriptions in a pair ask together */
     narrow_request request;
     double limit;      /* m: beyond it nobody is told anything */
+    bool reported;     /* somebody has been told something of the pair */
     bool coarse;       /* bounds will do for all */
     bool touch;        /* somebody asks whether they touch ... */
     bool hysteresis;   /* ... and somebody of these with hysteresis */

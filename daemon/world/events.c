@@ -109,7 +109,7 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
     if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
     bool news = v->recovered || !(v->touch_id || v->near_id) || !news_same_facts(&v->last, &now);
     v->recovered = false;
-    v->last = now;
+    event_copy(&v->last, &now, false);
     transit(w, id, touches, near, news, t->cause);
 }
 

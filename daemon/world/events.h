@@ -4,6 +4,13 @@
 
 #include "state.h"
 
+/* What an event holds beyond its points, and an impact where it is of none, nobody reads: it is not copied. */
+static inline void event_copy(world_event *to, const world_event *from, bool has_impact)
+{
+    size_t head = offsetof(world_event, manifold.points) + from->manifold.count * sizeof(manifold_point);
+    memcpy(to, from, has_impact ? sizeof *to : head);
+}
+
 /* Into the subscription's list of this tick, and into the hash unless it is a snapshot's. */
 void events_emit(world *w, uint32_t subscription, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact);
 

@@ -8,27 +8,41 @@
 
 #include <string.h>
 
-static uint64_t hash_event(uint64_t h, uint32_t subscription, const world_event *e)
+static bool has_impact(uint8_t kind)
 {
-    h = hash_bytes(h, &subscription, sizeof subscription);
-    h = hash_bytes(h, &e->kind, sizeof e->kind);
-    h = hash_bytes(h, &e->cause, sizeof e->cause);
-    h = hash_bytes(h, &e->achieved, sizeof e->achieved);
-    h = hash_bytes(h, &e->contact, sizeof e->contact);
-    h = hash_bytes(h, e->name_a, strlen(e->name_a));
-    h = hash_bytes(h, e->name_b, strlen(e->name_b));
-    const double numbers[] = {e->lo, e->hi, e->axis.x, e->axis.y, e->axis.z, e->point_a.x, e->point_a.y, e->point_a.z,
-        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns, e->closing};
-    h = hash_bytes(h, numbers, sizeof numbers);
-    for (uint32_t i = 0; i < e->manifold.count; i++) {
-        const manifold_point *p = &e->manifold.points[i];
-        const double point[] = {p->point.x, p->point.y, p->point.z, p->distance};
-        h = hash_bytes(h, point, sizeof point);
+    return kind == EVENT_IMPACT || kind == EVENT_PREDICTED;
+}
+
+static uint64_t hash_vec(uint64_t h, vec3 v)
+{
+    return hash_double(hash_double(hash_double(h, v.x), v.y), v.z);
+}
+
+static uint64_t hash_manifold(uint64_t h, const manifold *m)
+{
+    for (uint32_t i = 0; i < m->count; i++) {
+        const manifold_point *p = &m->points[i];
+        h = hash_double(hash_vec(h, p->point), p->distance);
         h = hash_bytes(h, &p->feature, sizeof p->feature);
     }
-    if (e->kind == EVENT_IMPACT || e->kind == EVENT_PREDICTED) {
-        const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
-        h = hash_bytes(h, times, sizeof times);
+    return h;
+}
+
+static uint64_t hash_event(uint64_t h, uint32_t subscription, const world_event *e)
+{
+    const uint8_t what[] = {e->kind, e->cause, e->achieved};
+    h = hash_half(h, subscription);
+    h = hash_bytes(h, what, sizeof what);
+    h = hash_word(h, (uint64_t)e->contact);
+    h = hash_bytes(h, e->name_a, strlen(e->name_a));
+    h = hash_bytes(h, e->name_b, strlen(e->name_b));
+    h = hash_double(hash_double(h, e->lo), e->hi);
+    h = hash_vec(hash_vec(hash_vec(h, e->axis), e->point_a), e->point_b);
+    h = hash_double(hash_double(h, (double)e->age_a_ns), (double)e->age_b_ns);
+    h = hash_manifold(hash_double(h, e->closing), &e->manifold);
+    if (has_impact(e->kind)) {
+        h = hash_double(hash_double(h, e->impact.lo), e->impact.hi);
+        h = hash_double(h, (double)e->impact.start_ns);
     }
     return h;
 }
@@ -36,9 +50,10 @@ static uint64_t hash_event(uint64_t h, uint32_t subscription, const world_event 
 void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
 {
     subscription *i = &w->subscriptions.at[id];
-    array_push(&i->events, *e);
+    array_reserve(&i->events, i->events.count + 1);
+    world_event *mine = &i->events.at[i->events.count++];
+    event_copy(mine, e, has_impact(kind));
     subscription_wake(w, id);
-    world_event *mine = &i->events.at[i->events.count - 1];
     mine->kind = kind;
     mine->cause = cause;
     mine->contact = contact;
@@ -94,6 +109,8 @@ void events_fill(
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    __builtin_prefetch(x->name); /* for the hash */
+    __builtin_prefetch(y->name);
     *e = (world_event){.name_a = x->name,
         .name_b = y->name,
         .shape_a = a->index,

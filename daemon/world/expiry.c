@@ -96,6 +96,7 @@ static void make_stale(world *w, uint32_t id)
 
 static void make_fresh_what_moved(world *w)
 {
+    if (!w->figures.stale_bodies) return; /* and no body has to be looked up */
     for (size_t i = 0; i < w->awake.count; i++) {
         body *b = &w->bodies.at[w->awake.at[i]];
         if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;

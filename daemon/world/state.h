@@ -136,7 +136,7 @@ typedef struct body {
     uint32_t searches_left;         /* pairs of it whose searches wait; ... */
     uint32_t ways_left;             /* ... that have ways among them */
     uint64_t searcher;              /* its owner, when the first of them began to */
-    uint64_t past_reported;             /* the tick up to which it was told that some may have been dropped */
+    uint64_t past_reported;         /* the tick up to which it was told that some may have been dropped */
     uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
     uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that collider */
     bool pass_left;                 /* it has left a pair to another body */
@@ -152,19 +152,19 @@ _Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) =
                    offsetof(body, name) == offsetof(body, deadline_ns) + 64,
     "a line each");
 
-typedef struct collider { /* a shape of a body: the broad phase's proxy under the same id */
-    shape shape;
-    pose local;
-    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
-    aabb box;      /* of the shape at `world`, not fat */
-    compound *own; /* what shape.compound is, or NULL */
-    double reach;  /* of the shape about its own origin */
+typedef struct collider {     /* a shape of a body: the broad phase's proxy under the same id */
+    _Alignas(64) shape shape; /* a line for this, ... */
+    double reach;             /* ... and one for all else that each tick looks at; of the shape about its own origin */
     uint32_t body;
     int32_t index;            /* in the body */
-    bool at_origin;           /* of the body, and not turned: `local` is the identity */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
+    bool at_origin;           /* of the body, and not turned: `local` is the identity */
     bool used, ghost;
-    bool kept; /* as a body's */
+    bool kept;     /* as a body's */
+    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
+    aabb box;      /* of the shape at `world`, not fat */
+    pose local;    /* in the body */
+    compound *own; /* what shape.compound is, or NULL */
 } collider;
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
@@ -223,12 +223,12 @@ typedef struct pair {
     uint8_t wait_list;   /* ... this one of world.waiting, ... */
     uint32_t wait_next, wait_before; /* ... behind and before whom */
     uint32_t search_units;           /* that the dearest of its last searches took; 0: there was none */
-    uint32_t swept_from;             /* the subscription with which the searches of the tick behind this one go on: ... */
-    uint64_t swept_tick;             /* ... in which its ways were searched last, while some are kept */
-    uint64_t predicted_round;         /* the tick in which a round of what is predicted began that ... */
-    uint32_t predicted_from;          /* ... goes on with this subscription; 0: none is under way */
-    uint8_t barren;                  /* searches for one in a row that were in vain: the next one comes so much later */
-    uint32_t payer;                  /* of world.payers: whom it is charged to, unless it lingers */
+    uint32_t swept_from;      /* the subscription with which the searches of the tick behind this one go on: ... */
+    uint64_t swept_tick;      /* ... in which its ways were searched last, while some are kept */
+    uint64_t predicted_round; /* the tick in which a round of what is predicted began that ... */
+    uint32_t predicted_from;  /* ... goes on with this subscription; 0: none is under way */
+    uint8_t barren;           /* searches for one in a row that were in vain: the next one comes so much later */
+    uint32_t payer;           /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
 _Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at");
 
@@ -279,6 +279,7 @@ typedef struct outcome { /* of one active pair in one tick */
     bool floor;       /* ... but are none of their own */
     bool left;        /* by the budget */
     bool search_left; /* to a later tick */
+    bool wants_shell; /* the pair: see lend_shells in cascade.c */
     uint32_t work;    /* units that its refinement is expected to take, with a budget */
     uint32_t cost;    /* units: of its refinement while it is open, of what was done then */
     uint32_t result;  /* index into world.results otherwise */
@@ -619,10 +620,10 @@ static inline bool pair_is_pending(const world *w, const pair *p)
 }
 
 /* slices.c */
-void slices_begin(world *w);                            /* a tick: how far the broad phase may go */
-void slices_take(world *w, uint64_t spent);             /* puts the pairs of this tick on the active list */
-void slices_concern_body(world *w, uint32_t body);      /* what is undone of it is told */
-void slices_forget(world *w, uint32_t body);            /* it is gone */
+void slices_begin(world *w);                                /* a tick: how far the broad phase may go */
+void slices_take(world *w, uint64_t spent);                 /* puts the pairs of this tick on the active list */
+void slices_concern_body(world *w, uint32_t body);          /* what is undone of it is told */
+void slices_forget(world *w, uint32_t body);                /* it is gone */
 bool slices_concern(const world *w, uint32_t subscription); /* is one of its bodies due? */
 static inline bool slices_is_dear(const collider *s)
 {

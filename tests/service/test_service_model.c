@@ -833,7 +833,8 @@ static void play(model kind, long operations)
         print_message(" %s %zu", CAUSES[c], m.causes[c]);
         if (c == WIRE_CAUSE_SNAPSHOT || c == WIRE_CAUSE_STALE)
             assert_int_equal(m.causes[c], 0); /* what is unknown stays so, until it is known again or is no more */
-        else if (!getenv("COLLIDED_SEED")) /* of cut ticks little may be left to a daemon that ends, and nobody need be there to be told */
+        else if (!getenv("COLLIDED_SEED")) /* of cut ticks little may be left to a daemon that ends, and nobody need be
+                                              there to be told */
             assert_true(m.causes[c] > 0 || (m.cut && c == WIRE_CAUSE_SHUTDOWN));
     }
     print_message("\n");
