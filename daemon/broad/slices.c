@@ -9,8 +9,8 @@
 
 /* In spite of the units, or a large search would not end: pairs ended and begun, each, and a part of those to be. */
 enum { SOME_AT_LEAST = 64, PART_AT_LEAST = 128 };
-/* Around a proxy with so many candidates all proxies are gone through by their ids: a walk of the index has to be sorted
- * each time that the search goes on, and finds each of them far away in memory from the one before. */
+/* Around a proxy with so many candidates all proxies are gone through by their ids: a walk of the index has to be
+ * sorted each time that the search goes on, and finds each of them far away in memory from the one before. */
 enum { MANY_CANDIDATES = 32768 };
 
 void broad_set_limit(broad *b, uint64_t units, size_t most_pairs)

@@ -58,9 +58,11 @@ static const single SINGLES[] = {
     {"subscriptions", "subscriptions that stand", true},
     {"pairs", "pairs of shapes whose fat boxes meet", true},
     {"pending_pairs",
-        "pairs, at least, whose bodies have changed since they were decided or searched for impacts, or not looked for yet",
+        "pairs, at least, whose bodies have changed since they were decided or searched for impacts, or not looked for "
+        "yet",
         true},
-    {"bodies_with_pending_pairs", "bodies of which some pairs are pending, or that are yet to go with their client", true},
+    {"bodies_with_pending_pairs", "bodies of which some pairs are pending, or that are yet to go with their client",
+        true},
     {"sliced_ticks", "ticks that left something pending, or went on with it", false},
     {"pairs_left_out", "pairs that are not looked at: there are max_pairs of them already, or no memory for more",
         true},

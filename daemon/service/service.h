@@ -192,7 +192,7 @@ void service_choose_slice(service *s, int64_t spent_ns); /* by this round, befor
 void service_learn_slice(service *s, int64_t took_ns);
 /* Likewise what it takes to put bodies anew, of a tick for which so much of world_effort was due. */
 void service_learn_effort(service *s, uint64_t effort, int64_t took_ns);
-bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
+bool service_is_behind(const service *s);          /* something is pending for long, or was so a moment ago */
 uint64_t service_slice_reported(const service *s); /* for the recording; 0: it made none */
 /* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
 int64_t service_pairs_limited(const service *s);

@@ -437,7 +437,8 @@ uint64_t pair_activate(world *w, uint32_t id)
     if (!p->used || p->active_tick == w->figures.ticks) return 0;
     bool leaves = w->leaving.count && (w->colliders.at[p->a].ghost || w->colliders.at[p->b].ghost);
     if (leaves) return 0; /* it is about to end */
-    if (w->left.count && (w->bodies.at[w->colliders.at[p->a].body].dirty || w->bodies.at[w->colliders.at[p->b].body].dirty))
+    if (w->left.count &&
+        (w->bodies.at[w->colliders.at[p->a].body].dirty || w->bodies.at[w->colliders.at[p->b].body].dirty))
         return 0; /* it is decided when both are where their poses say */
     if (!may_be_outdated(w, p))
         p->ruled = p->jumped = false;

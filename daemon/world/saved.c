@@ -405,12 +405,12 @@ typedef struct head {
 uint64_t world_saved_layout(void)
 {
     enum { LISTS = 2 /* changes with which lists are behind the rest */ };
-    const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair), sizeof(watch),
-        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse), sizeof(payer),
-        sizeof(past_way), sizeof(goer), offsetof(body, past), offsetof(body, effort), offsetof(body, passed),
-        offsetof(body, name), offsetof(body, searches_left), offsetof(subscription, events), offsetof(pair, swept_tick),
-        offsetof(pair, wait_next), offsetof(pair, standing), offsetof(pair, cache), offsetof(pair, payer),
-        offsetof(watch, last)};
+    const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
+        sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
+        sizeof(payer), sizeof(past_way), sizeof(goer), offsetof(body, past), offsetof(body, effort),
+        offsetof(body, passed), offsetof(body, name), offsetof(body, searches_left), offsetof(subscription, events),
+        offsetof(pair, swept_tick), offsetof(pair, wait_next), offsetof(pair, standing), offsetof(pair, cache),
+        offsetof(pair, payer), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 

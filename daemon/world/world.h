@@ -269,8 +269,8 @@ void world_set_budget(world *w, world_grant *grant, void *context);
  * pair of two bodies that are both pending is the work of the one who has far more of them.
  *
  * What is pending is unknown: what was told of such a pair before stands, and world_batch.undone counts it for each
- * subscription that it may concern. So it is with pairs whose searches (WORLD_IMPACT, WORLD_PREDICT) have been put off: a
- * way is searched later as it was, a course from the newest poses on. With a slice, one search of meshes or compounds
+ * subscription that it may concern. So it is with pairs whose searches (WORLD_IMPACT, WORLD_PREDICT) have been put off:
+ * a way is searched later as it was, a course from the newest poses on. With a slice, one search of meshes or compounds
  * takes some 9 ms at most: what is not decided by then is told as WORLD_WIDE. The same commands and slices give the
  * same events; where no tick is cut, those of a world without. */
 void world_set_slice(world *w, uint64_t units);

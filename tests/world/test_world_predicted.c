@@ -53,13 +53,14 @@ static void hear(run *r, const world_batches *batches)
             assert_true(r->count < TOLD_MOST);
             telling *t = &r->told[r->count++];
             bool turned = strcmp(e->name_a, e->name_b) > 0;
+            bool meets = e->kind == EVENT_IMPACT || e->kind == EVENT_PREDICTED; /* others have no times */
             *t = (telling){.subscription = batches->at[i].subscription,
                 .kind = e->kind,
                 .shape_a = turned ? e->shape_b : e->shape_a,
                 .shape_b = turned ? e->shape_a : e->shape_b,
-                .lo = e->impact.lo,
-                .hi = e->impact.hi,
-                .start_ns = e->impact.start_ns};
+                .lo = meets ? e->impact.lo : 0,
+                .hi = meets ? e->impact.hi : 0,
+                .start_ns = meets ? e->impact.start_ns : 0};
             snprintf(t->a, sizeof t->a, "%s", turned ? e->name_b : e->name_a);
             snprintf(t->b, sizeof t->b, "%s", turned ? e->name_a : e->name_b);
         }
