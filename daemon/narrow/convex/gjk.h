@@ -108,19 +108,6 @@ void moved_apart_raise(const unit_pair *p, span *s);
 
 /* The points that an answer names when two cores overlap: the deepest along the axis. */
 
-/* ---- facing ---- */
-
-/* The parts of two cores that lie on their support planes along an axis, and points of them that face each other.
- * For boxes, capsules, cylinders and cones such a part is a point, a segment, a rectangle or a disc, so that this is
- * a closed form. */
-
-/* Moves s->point_a and s->point_b to points of the cores that are not lower along s->axis than the support points by
- * more than `slack`, and of which one faces the other as nearly as there are such points. False: one of the cores is of
- * another kind; *s is as it was. */
-bool facing_points(const unit_pair *p, double slack, span *s);
-
-/* ---- witness ---- */
-
 /* Where the cores touch once B is moved apart along s->axis by the depth: points that face each other. */
 void witness_apart(const unit_pair *p, span *s);
 

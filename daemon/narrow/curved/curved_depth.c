@@ -365,7 +365,7 @@ static void curved_write_witnesses(const search *x)
     simplex_witness(&s, &x->best->point_a, &x->best->point_b);
 }
 
-bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     if (start->simplex.count < 4 || start->state != GJK_INSIDE) return false;
     surface s;
@@ -381,7 +381,7 @@ bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, con
     x.raises = x.dome_count = 0;
     const span before = *out;
     double least;
-    if (!(wide ? curved_search_wide : curved_search_narrow)(&x, &start->simplex, &least)) {
+    if (!(lanes_wide() ? curved_search_wide : curved_search_narrow)(&x, &start->simplex, &least)) {
         uint32_t iterations = out->iterations;
         *out = before;
         out->iterations = iterations;
@@ -391,9 +391,4 @@ bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, con
     out->hi = max_of(out->lo, min_of(out->hi, -least));
     curved_write_witnesses(&x);
     return true;
-}
-
-bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
-{
-    return curved_depth_by(lanes_wide(), p, goal, start, out);
 }
