@@ -16,14 +16,8 @@
  * normal of its own; the best four of all points are kept (manifold.h). Parts that overlap from another side, as
  * the wall beside a floor, would show as points far deeper than the whole: those are left out. */
 
-/* Points nearer to each other than this share of the pair's size are one: neighbours meet at a seam. */
-static const double SAME_POINT = 1e-9;
-
 /* The witness of two parts counts while their own axis is this near to that of the answer (cosine). */
 static const double SAME_SIDE = 0.9;
-
-/* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
-static const double NO_WITNESS = 0x1p500;
 
 enum { INDEX_BITS = 30 }; /* of manifold.h */
 
@@ -90,7 +84,7 @@ static void clip_parts(
     here.point_a = compound_pair_into(frame, pair->turned ? from->point_b : from->point_a);
     here.point_b = compound_pair_into(frame, pair->turned ? from->point_a : from->point_b);
     if (pair->turned) here.axis = vec_neg(here.axis);
-    if (!witness) here.point_b = vec_madd(here.point_a, NO_WITNESS, here.axis);
+    if (!witness) here.point_b = vec_madd(here.point_a, MANIFOLD_NO_WITNESS, here.axis);
     if (pair->second.type == SHAPE_MESH) {
         unit_pair p;
         unit_pair_init(&p, &pair->first, &pair->second, &pair->second_in_first);
@@ -143,7 +137,7 @@ static void compound_manifold(
 {
     point_search q = {.answer = answer, .scratch = scratch, .threshold = threshold, .effort = w->effort};
     double within = max_of(threshold * w->scale, 0) + 2 * w->error;
-    manifold_choice_begin(&q.choice, answer->axis, SAME_POINT * w->size * w->unit);
+    manifold_choice_begin(&q.choice, answer->axis, MANIFOLD_SAME_POINT * w->size * w->unit, true);
     int64_t share = w->effort->left / MANIFOLD_POINTS_MAX, left = w->effort->left;
     bool cut = false;
     do { /* each walk sees as much as the others, where the effort does not suffice for all */
