@@ -10,8 +10,46 @@
 
 /* ---- moving boxes ---- */
 
-/* Where two boxes are at a time, the fifteen axes there with their rates, and the points that face each
- * other. */
+/* Two boxes along a course: where they are at a time, which of their fifteen axes keeps them apart longest, and
+ * whether they overlap. The cores of balls and capsules are boxes, too, without some of their sides. Gaps are between
+ * the cores. */
+
+typedef struct moving_boxes {
+    const course *c;
+    box_pair axes; /* at the place that is looked at */
+    vec3 half_a, half_b;
+    mat3 first_a, first_b; /* the shapes' axes at time 0 */
+    vec3 arm_a, arm_b;     /* from the bodies' origins to the shapes', at time 0 */
+    double reach;          /* m: the distance of the cores in contact */
+    double error;          /* m: of any gap within the span */
+    double apart;          /* m: a gap of the cores above it proves them apart, at time 0 */
+    double wander;         /* m/s^2 */
+} moving_boxes;
+
+typedef struct box_place { /* at a time */
+    double time;
+    mat3 a, b;
+    vec3 origin_a, origin_b; /* of the shapes */
+    vec3 body_b;
+} box_place;
+
+typedef struct box_axis { /* one that separates at a place */
+    vec3 axis;            /* from A to B, unit, the frame's */
+    double gap;           /* m, of the cores */
+    double rate;          /* m/s: how fast it grows */
+    double length;        /* across two edges: sine of the angle between them; otherwise 1 */
+    int index;
+    double curve; /* m/s^2: by how much its rate grew in the last step that was tried */
+    bool turned;  /* it is minus the normal, or minus the product of the two edges */
+} box_axis;
+
+typedef struct facing { /* the points of the two that face each other, the frame's */
+    vec3 a, b;
+} facing;
+
+/* The axes are numbered as in box_pair.c: A's faces, B's faces, then edge i of A with edge j of B at EDGES + 3 i + j.
+ */
+enum { FACES_B = 3, EDGES = BOX_FACES };
 
 /* Squared sine of an angle between two edges that makes no axis: the faces have it. */
 #define EDGES_PARALLEL 0x1p-40
@@ -34,7 +72,7 @@ static void moving_boxes_turn(motion_spin spin, double time, mat3 *axes, vec3 *a
     if (vec_greatest(*arm) > 0) *arm = mat_mul(turned, *arm);
 }
 
-void moving_boxes_place(const moving_boxes *m, double time, box_place *out)
+static void moving_boxes_place(const moving_boxes *m, double time, box_place *out)
 {
     vec3 arm_b = m->arm_b;
     out->time = time;
@@ -52,7 +90,14 @@ static double moving_boxes_reach_along(const mat3 *axes, vec3 half, vec3 axis)
            half.z * fabs(vec_dot(axes->z, axis));
 }
 
-double moving_boxes_gap(const moving_boxes *m, const box_place *at, vec3 axis)
+/* m: the least gap that proves them apart at a time. */
+static inline double moving_boxes_apart(const moving_boxes *m, double time)
+{
+    return m->apart + 0.5 * m->wander * time * time * (1 + 4 * UNIT_ROUNDOFF);
+}
+
+/* m, within m->error: along an axis of any length, times that. */
+static double moving_boxes_gap(const moving_boxes *m, const box_place *at, vec3 axis)
 {
     return vec_dot(axis, vec_sub(at->origin_b, at->origin_a)) - moving_boxes_reach_along(&at->a, m->half_a, axis) -
            moving_boxes_reach_along(&at->b, m->half_b, axis);
@@ -217,8 +262,9 @@ static box_axis taken(const box_pair *x, const field *f, const box_place *at, ch
     return n;
 }
 
-/* False: no axis keeps them apart. */
-bool moving_boxes_best(moving_boxes *m, const box_place *at, box_axis *out)
+/* The axis that separates there, and as its gap and its rate say, longest; `out` may hold the one before. False: none
+ * does. m->axes are then those of that place. */
+static bool moving_boxes_best(moving_boxes *m, const box_place *at, box_axis *out)
 {
     double apart = moving_boxes_apart(m, at->time);
     axes_at(at, &m->axes);
@@ -235,8 +281,8 @@ bool moving_boxes_best(moving_boxes *m, const box_place *at, box_axis *out)
     return true;
 }
 
-/* The same feature's axis at another place. */
-bool moving_boxes_follow(moving_boxes *m, const box_place *at, box_axis *n)
+/* The same feature's axis at another place. False: it does not separate there. */
+static bool moving_boxes_follow(moving_boxes *m, const box_place *at, box_axis *n)
 {
     box_pair *x = &m->axes;
     axes_at(at, x);
@@ -331,13 +377,15 @@ static facing facing_edges(const box_pair *x, const box_place *at, const box_axi
         moving_boxes_out_of(&at->a, at->origin_a, vec_from(a)), moving_boxes_out_of(&at->b, at->origin_b, vec_from(b))};
 }
 
-facing moving_boxes_facing(const moving_boxes *m, const box_place *at, const box_axis *n)
+/* The points that face each other along an axis that was found at that place. */
+static facing moving_boxes_facing(const moving_boxes *m, const box_place *at, const box_axis *n)
 {
     return n->index < EDGES ? facing_face(&m->axes, at, n) : facing_edges(&m->axes, at, n);
 }
 
-/* Of sharp boxes by their overlap, of rounded ones by two points that are near enough. */
-bool moving_boxes_touch(moving_boxes *m, const box_place *at, const box_axis *n)
+/* Are they certainly in contact there? Of sharp boxes by their overlap, of rounded ones by two points that are near
+ * enough. `n`: an axis of which the feature was found shortly before; m->axes are then those of that place. */
+static bool moving_boxes_touch(moving_boxes *m, const box_place *at, const box_axis *n)
 {
     axes_at(at, &m->axes);
     if (m->reach == 0) return moving_boxes_overlap(&m->axes, m->error);
@@ -353,7 +401,7 @@ static void moving_boxes_start(const motion *body, const pose *local, mat3 *axes
     *arm = off ? quat_rotate(body->start.q, local->p) : VEC_ZERO;
 }
 
-void moving_boxes_init(const course *c, const toi_request *request, moving_boxes *m)
+static void moving_boxes_init(const course *c, const toi_request *request, moving_boxes *m)
 {
     const shape *a = c->a, *b = c->b;
     m->c = c;

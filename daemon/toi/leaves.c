@@ -152,15 +152,8 @@ LANES_WHOLE static void begin_wide(const sweep *s, leaves *l, const sweep_place 
     look_at_beginning(s, l, p);
 }
 
-static unsigned free_narrow(const leaves *l, const piece *p, unsigned open, uint32_t *tried)
-{
-    return free_pairs(l, p, open, tried);
-}
-
-LANES_WHOLE static unsigned free_wide(const leaves *l, const piece *p, unsigned open, uint32_t *tried)
-{
-    return free_pairs(l, p, open, tried);
-}
+LANES_TWINS(LANES_WHOLE, unsigned, free, free_pairs, (const leaves *l, const piece *p, unsigned open, uint32_t *tried),
+    (l, p, open, tried));
 
 /* ---- one pair ---- */
 
@@ -313,7 +306,7 @@ static double typical_gap(const sweep *s, leaves *l, const sweep_place *at, unsi
 static unsigned free_in(leaves *l, const piece *p, unsigned open, uint32_t *tried)
 {
     unsigned sided = open & l->sided, free = free_by_sides(l, p, sided);
-    return free | (lanes_wide() ? free_wide : free_narrow)(l, p, open & ~sided, tried);
+    return free | LANES_CHOSEN(free)(l, p, open & ~sided, tried);
 }
 
 /* ---- a stretch ---- */

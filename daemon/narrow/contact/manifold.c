@@ -15,9 +15,9 @@
 
 /* Which points of a contact are kept. */
 
-void manifold_choice_begin(manifold_choice *c, vec3 axis, double same)
+void manifold_choice_begin(manifold_choice *c, vec3 axis, double same, bool seamed)
 {
-    *c = (manifold_choice){.same = same, .u = vec_unit_orthogonal(axis)};
+    *c = (manifold_choice){.same = same, .seamed = seamed, .u = vec_unit_orthogonal(axis)};
     c->v = vec_cross(axis, c->u);
 }
 
@@ -82,7 +82,8 @@ bool manifold_choice_next(manifold_choice *c)
     else if (c->found)
         c->chosen.points[c->chosen.count++] = c->point;
     c->found = false;
-    return !ends && ++c->pass < PASS_COUNT;
+    c->pass += c->pass == PASS_FARTHEST && !c->seamed ? 2 : 1;
+    return !ends && c->pass < PASS_COUNT;
 }
 
 void manifold_choice_write(const manifold_choice *c, manifold *out)

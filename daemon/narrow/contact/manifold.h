@@ -14,9 +14,9 @@
 /* ---- manifold choice ---- */
 
 /* Up to four of any number of contact points, by the rule of manifold.c: the deepest, the one farthest from it, the
- * farthest from their line on either side. Of several that are equally deep, as on a flat floor, one at a corner is
- * taken and not one at a seam. One pass over all points for each, so that none is stored and there is no cap on how
- * many there are. */
+ * farthest from their line on either side. Where `seamed`, of several that are equally deep, as on a flat floor, one at
+ * a corner is taken and not one at a seam. One pass over all points for each, so that none is stored and there is no
+ * cap on how many there are. */
 
 typedef enum manifold_pass {
     PASS_DEEPEST,
@@ -34,15 +34,22 @@ typedef struct manifold_choice {
     double best;
     manifold_point point; /* the best of this pass */
     double same;          /* points nearer to each other than this, across the axis, are one; and equally deep */
-    vec3 u, v;            /* across the axis */
+    bool seamed;
+    vec3 u, v; /* across the axis */
 } manifold_choice;
 
-void manifold_choice_begin(manifold_choice *c, vec3 axis, double same);
+void manifold_choice_begin(manifold_choice *c, vec3 axis, double same, bool seamed);
 void manifold_choice_offer(manifold_choice *c, const manifold_point *p);
 bool manifold_choice_next(manifold_choice *c); /* after a pass; false: there are no more */
 
 /* In the order of their features. */
 void manifold_choice_write(const manifold_choice *c, manifold *out);
+
+/* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
+#define MANIFOLD_NO_WITNESS 0x1p500
+
+/* Of the pair's size: points nearer to each other are one, for neighbours meet at an edge or a seam. */
+#define MANIFOLD_SAME_POINT 1e-9
 
 /* ---- manifold ---- */
 

@@ -34,19 +34,12 @@ LANES_INLINE bool box_features_span_of(const unit_pair *p, const narrow_features
     return true;
 }
 
-LANES_WHOLE static bool span_wide(const unit_pair *p, const narrow_features *f, span *out)
-{
-    return box_features_span_of(p, f, out);
-}
-
-static bool span_narrow(const unit_pair *p, const narrow_features *f, span *out)
-{
-    return box_features_span_of(p, f, out);
-}
+LANES_TWINS(LANES_WHOLE, bool, span, box_features_span_of, (const unit_pair *p, const narrow_features *f, span *out),
+    (p, f, out));
 
 bool box_facing_span(const unit_pair *p, const narrow_features *f, span *out)
 {
-    return (lanes_wide() ? span_wide : span_narrow)(p, f, out);
+    return LANES_CHOSEN(span)(p, f, out);
 }
 
 /* ---- box features ---- */

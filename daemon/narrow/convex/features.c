@@ -17,7 +17,7 @@ bool near_features_scans(const shape *a, const shape *b)
     return is_scanned(a) && is_scanned(b);
 }
 
-bool near_features_name_depths(const shape *a, const shape *b)
+static bool near_features_name_depths(const shape *a, const shape *b)
 {
     if (a->type == SHAPE_BOX) return is_scanned(b);
     return near_features_scans(a, b) && sat_affords(a->hull, b->hull);

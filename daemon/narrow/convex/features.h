@@ -58,8 +58,6 @@ bool near_features_scans(const shape *a, const shape *b); /* two hulls that appl
  * roundings will do; up to ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
 
-bool near_features_name_depths(const shape *a, const shape *b); /* such a pair */
-
 /* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. With f->deep
  * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);

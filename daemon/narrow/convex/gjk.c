@@ -79,6 +79,17 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
         hull_features_of(m, s->count, &best->nearest);
 }
 
+void gjk_narrow_down(gjk_search *by, const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    const narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
+    gjk_result r;
+    by(p, &exactly, s->axis, &r);
+    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
+    r.span.method = s->method;
+    r.span.iterations += s->iterations;
+    *s = r.span;
+}
+
 /* ---- rough depth ---- */
 
 /* Bounds from a tetrahedron that holds the origin. */

@@ -86,6 +86,10 @@ typedef struct gjk_result {
 /* `seed`: the first axis to try, unit, or zero for the line of the centres. */
 void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out);
 
+/* Narrows the bracket *s as far as doubles let a search, from its axis on. */
+typedef void gjk_search(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out);
+void gjk_narrow_down(gjk_search *by, const unit_pair *p, const narrow_goal *goal, span *s);
+
 /* ---- rough depth ---- */
 
 /* That two cores overlap, and about how deep, from where GJK ended: for who asks for no more. */
@@ -108,19 +112,6 @@ void moved_apart_raise(const unit_pair *p, span *s);
 
 /* The points that an answer names when two cores overlap: the deepest along the axis. */
 
-/* ---- facing ---- */
-
-/* The parts of two cores that lie on their support planes along an axis, and points of them that face each other.
- * For boxes, capsules, cylinders and cones such a part is a point, a segment, a rectangle or a disc, so that this is
- * a closed form. */
-
-/* Moves s->point_a and s->point_b to points of the cores that are not lower along s->axis than the support points by
- * more than `slack`, and of which one faces the other as nearly as there are such points. False: one of the cores is of
- * another kind; *s is as it was. */
-bool facing_points(const unit_pair *p, double slack, span *s);
-
-/* ---- witness ---- */
-
 /* Where the cores touch once B is moved apart along s->axis by the depth: points that face each other. */
 void witness_apart(const unit_pair *p, span *s);
 
@@ -128,7 +119,7 @@ void witness_apart(const unit_pair *p, span *s);
  * else takes witness_apart's, or where even those fall short, a support point of each. */
 void witness_deepest(const unit_pair *p, span *s);
 
-/* Writes points on the support planes that face each other, found by a formula (gjk.h); of an axis that is not that
+/* Writes points on the support planes that face each other, found by a formula; of an axis that is not that
  * of the least depth there need not be any. False: none are known, and the points are `top`, the support points. */
 bool witness_facing(const unit_pair *p, const minkowski *top, span *s);
 

@@ -326,15 +326,7 @@ LANES_INLINE bool hull_axes_find(search *x)
     return true;
 }
 
-LANES_WIDE static bool find_wide(search *x)
-{
-    return hull_axes_find(x);
-}
-
-static bool find_narrow(search *x)
-{
-    return hull_axes_find(x);
-}
+LANES_TWINS(LANES_WIDE, bool, find, hull_axes_find, (search *const x), (x));
 
 /* Most pairs that are apart are so along the line of their origins. */
 bool hull_axes_parted(const unit_pair *p)
@@ -351,7 +343,7 @@ bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out)
     x.p = p;
     x.of_a.h = p->a.hull, x.of_b.h = p->b.hull;
     x.nearest.count_a = 0;
-    if (!(lanes_wide() ? find_wide : find_narrow)(&x) || !x.nearest.count_a) return false;
+    if (!LANES_CHOSEN(find)(&x) || !x.nearest.count_a) return false;
     x.nearest.deep = true;
     if (!near_features_span(p, goal, &x.nearest, out)) return false;
     return x.second >= -0.5 * (out->lo + out->hi) + 2 * NEAR_DEPTH_MARGIN * p->size;

@@ -4,6 +4,7 @@
 #include "geom/hull_scan.h"
 #include "gjk.h"
 #include "narrow/math/scalar.h"
+#include "polytopes.h"
 
 enum { SIDE_MOST = 3, BOTH_MOST = 4 };
 
@@ -261,17 +262,6 @@ bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out)
     else if (!hull_features_top_of(p->a.hull, axis, unscaled, out->a, &out->count_a))
         return false;
     return hull_features_top_of(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)), unscaled, out->b, &out->count_b);
-}
-
-/* Into an ascending set of up to four. */
-static void hull_features_include(uint32_t vertex, uint16_t *set, uint8_t *count)
-{
-    uint8_t at = *count;
-    for (uint8_t i = 0; i < *count; i++)
-        if (set[i] == vertex) return;
-    for (; at > 0 && set[at - 1] > vertex; at--) set[at] = set[at - 1];
-    set[at] = (uint16_t)vertex;
-    ++*count;
 }
 
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out)

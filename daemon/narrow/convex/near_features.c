@@ -44,18 +44,6 @@ static bool names_features(const span *s)
     return s->hi - s->lo <= NAMING_WIDTH * s->hi;
 }
 
-/* The bracket of a search that goes on for as long as doubles let it. */
-static void near_features_narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
-{
-    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
-    gjk_result r;
-    gjk_distance(p, &exactly, s->axis, &r);
-    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
-    r.span.method = s->method;
-    r.span.iterations += s->iterations;
-    *s = r.span;
-}
-
 /* What is on top along the bracket's axis: the features, if the bracket names them; else a guess. */
 static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
@@ -71,7 +59,7 @@ static bool near_features_find(
     const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s, span *out)
 {
     if (proposed->count_a ? near_features_span(p, goal, proposed, out) : find_along(p, goal, s, out)) return true;
-    if (!names_features(s)) near_features_narrow_down(p, goal, s);
+    if (!names_features(s)) gjk_narrow_down(gjk_distance, p, goal, s);
     s->nearest = (narrow_features){.count_a = 0};
     return names_features(s) ? find_along(p, goal, s, out) : near_features_try_all(p, goal, out);
 }

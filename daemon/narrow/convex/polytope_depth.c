@@ -255,15 +255,8 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
     return true;
 }
 
-LANES_WIDE static bool search_again_wide(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
-{
-    return search_again(x, goal, nearest, out);
-}
-
-static bool search_again_narrow(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
-{
-    return search_again(x, goal, nearest, out);
-}
+LANES_TWINS(LANES_WIDE, bool, search_again, search_again,
+    (search *const x, const narrow_goal *goal, const narrow_features *nearest, span *out), (x, goal, nearest, out));
 
 bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)
 {
@@ -271,7 +264,7 @@ bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const nar
     span grown = {.lo = -INFINITY}; /* what growing finds is of use if the facet is another one */
     search x = {.p = p, .s = &s, .best = &grown, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
     if (!p->shell || !nearest->deep || !near_features_reach_depths(p, goal)) return false;
-    return (lanes_wide() ? search_again_wide : search_again_narrow)(&x, goal, nearest, out);
+    return LANES_CHOSEN(search_again)(&x, goal, nearest, out);
 }
 
 /* ---- from nothing ---- */
@@ -302,15 +295,8 @@ LANES_INLINE bool polytope_search_from(search *x, const narrow_goal *goal, const
     return start_tetrahedron(x->s, from) && run(x, goal, least);
 }
 
-LANES_WIDE static bool polytope_search_wide(search *x, const narrow_goal *goal, const simplex *from, double *least)
-{
-    return polytope_search_from(x, goal, from, least);
-}
-
-static bool polytope_search_narrow(search *x, const narrow_goal *goal, const simplex *from, double *least)
-{
-    return polytope_search_from(x, goal, from, least);
-}
+LANES_TWINS(LANES_WIDE, bool, polytope_search, polytope_search_from,
+    (search *const x, const narrow_goal *goal, const simplex *from, double *least), (x, goal, from, least));
 
 /* The answer of a search that has ended well. */
 static void polytope_report(search *x, double least)
@@ -374,15 +360,8 @@ LANES_INLINE bool search_at_once(search *x, const narrow_shell *from, const narr
     return run(x, goal, least) && x->winner != NONE;
 }
 
-LANES_WIDE static bool search_at_once_wide(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
-{
-    return search_at_once(x, from, goal, least);
-}
-
-static bool search_at_once_narrow(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
-{
-    return search_at_once(x, from, goal, least);
-}
+LANES_TWINS(LANES_WIDE, bool, search_at_once, search_at_once,
+    (search *const x, const narrow_shell *from, const narrow_goal *goal, double *least), (x, from, goal, least));
 
 /* Of the two extents along the line of the origins: when these are farther apart than that, the overlap is not deep. */
 #define DEEP 0.65
@@ -405,7 +384,7 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
     put_support(&x, vec_neg(w), 4);
     put_support(&x, w, 5);
     s.point_count = OCTAHEDRON.point_count;
-    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &OCTAHEDRON, goal, &least)) return false;
+    if (!LANES_CHOSEN(search_at_once)(&x, &OCTAHEDRON, goal, &least)) return false;
     polytope_report(&x, least);
     return true;
 }
@@ -421,7 +400,7 @@ bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull
         s.point[0] = hull_pair_of(p, holds->a[1], holds->b[1]), s.point[1] = hull_pair_of(p, holds->a[0], holds->b[0]);
     s.point_count = TETRAHEDRON.point_count;
     *out = (span){.lo = -INFINITY, .hi = INFINITY};
-    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &TETRAHEDRON, goal, &least)) return false;
+    if (!LANES_CHOSEN(search_at_once)(&x, &TETRAHEDRON, goal, &least)) return false;
     if (!(out->lo <= -NEAR_LEAST_DEPTH * p->size)) return false;
     polytope_report(&x, least);
     return true;

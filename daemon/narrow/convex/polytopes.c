@@ -281,22 +281,12 @@ static bool hull_seek_reduce(seeker *s)
     return best.norm2 > 0;
 }
 
-static void hull_seek_include(uint16_t vertex, uint16_t set[3], uint8_t *count)
-{
-    uint8_t at = *count;
-    for (uint8_t i = 0; i < *count; i++)
-        if (set[i] == vertex) return;
-    for (; at > 0 && set[at - 1] > vertex; at--) set[at] = set[at - 1];
-    set[at] = vertex;
-    ++*count;
-}
-
 static hull_seek_end hull_seek_propose(const seeker *s, narrow_features *out)
 {
     *out = (narrow_features){.count_a = 0};
     for (int i = 0; i < s->count; i++) {
-        hull_seek_include(s->at[i].a, out->a, &out->count_a);
-        hull_seek_include(s->at[i].b, out->b, &out->count_b);
+        hull_features_include(s->at[i].a, out->a, &out->count_a);
+        hull_features_include(s->at[i].b, out->b, &out->count_b);
     }
     return HULL_SEEK_PROPOSES;
 }

@@ -52,6 +52,17 @@ typedef struct hull_corners { /* by the vertices that they are made of (box_corn
     uint16_t a[4], b[4];
 } hull_corners;
 
+/* Into an ascending set of up to four. */
+static inline void hull_features_include(uint32_t vertex, uint16_t *set, uint8_t *count)
+{
+    uint8_t at = *count;
+    for (uint8_t i = 0; i < *count; i++)
+        if (set[i] == vertex) return;
+    for (; at > 0 && set[at - 1] > vertex; at--) set[at] = set[at - 1];
+    set[at] = (uint16_t)vertex;
+    ++*count;
+}
+
 enum { HULL_SEEK_ON = 1 << 20 }; /* a patience without end */
 
 /* For two hulls of up to HULL_SCAN_MAX vertices, or a box and such a hull. `patience`: the number of axes after which

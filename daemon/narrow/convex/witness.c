@@ -6,8 +6,10 @@
 
 /* ---- facing ---- */
 
-/* Support parts, and the points where two of them cross. At the least depth the parts, brought onto each other
- * along the axis, have a point in common: else the axis could be turned to lessen the depth. */
+/* The parts of two cores that lie on their support planes along an axis, and the points where two of them cross. For
+ * boxes, capsules, cylinders and cones such a part is a point, a segment, a rectangle or a disc, so that this is a
+ * closed form. At the least depth the parts, brought onto each other along the axis, have a point in common: else the
+ * axis could be turned to lessen the depth. */
 
 /* What of a core is within the slack of its support plane: at + x along[0] + y along[1], |x|, |y| <= 1, the two
  * orthogonal and zero where there is no extent; or a disc. */
@@ -164,7 +166,10 @@ static vec3 meeting(const part *a, const part *b)
     return of_b == 1 ? middle_within(b, a) : facing_nearest_of(a, b->at);
 }
 
-bool facing_points(const unit_pair *p, double slack, span *s)
+/* Moves s->point_a and s->point_b to points of the cores that are not lower along s->axis than the support points by
+ * more than `slack`, and of which one faces the other as nearly as there are such points. False: one of the cores is of
+ * another kind; *s is as it was. */
+static bool facing_points(const unit_pair *p, double slack, span *s)
 {
     if (!has_part(&p->a) || !has_part(&p->b)) return false;
     part a = part_of(&p->a, s->axis, slack);

@@ -229,15 +229,7 @@ LANES_INLINE unsigned open_quadrants(search *x, int i)
     return ~bits & 15;
 }
 
-LANES_WIDE static unsigned open_quadrants_wide(search *x, int i)
-{
-    return open_quadrants(x, i);
-}
-
-static unsigned open_quadrants_narrow(search *x, int i)
-{
-    return open_quadrants(x, i);
-}
+LANES_TWINS(LANES_WIDE, unsigned, open_quadrants, open_quadrants, (search *const x, int i), (x, i));
 
 static bool close_circle(search *x, bool wide, int i)
 {

@@ -68,9 +68,6 @@ bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, dou
  * the count of iterations. */
 bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
-/* The same in registers of 32 or of 16 bytes, for tests: `wide` only where lanes_wide() (simd.h). */
-bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
-
 /* ==== about one axis ==== */
 
 /* The depth of two cores that share their axis of revolution, where a whole ring of directions is equally deep
@@ -123,83 +120,7 @@ void coaxial_depth(const unit_pair *p, span *s);
  * Whoever searches finds it: the angle between n* and the axis of a bracket is bounded by angle^2 <= 2 (hi - lo) / hi.
  * When it is below half of the least margin of directions, 2^-14, one feature of each is left; of a search that ends
  * wider all that are left are tried. Where no F is strict (parallel faces), the search from nothing answers.
- *
- * What the features of one body are stands in rim_features.c, Newton's method in rim_features.c, and in rim_features.c
- * what proves the answer and who proposes F.
- * */
-
-/* ---- rim parts ---- */
-
-/* What a feature of one body is, for the features below: a corner, an edge or a face of a box (of a capsule: an end, or
- * its segment), a rim, a flat end, an apex or the side of a body of revolution. A feature is named by its sides,
- * three small numbers: of a box (or a capsule, which is one without width) for each of its axes between, high or
- * low; of a body of revolution that along its axis, whether it is the flat end, and 0. Lengths in a unit_pair's
- * units. */
-
-#define RIM_SINE 0x1p-11 /* between n and the axis of a rim: the least */
-
-/* A feature in A's frame: one disc or two, or a face. */
-typedef struct rim_part {
-    int discs;
-    vec3 centre[2];
-    double radius[2];
-    vec3 x, y;    /* unit, orthogonal: the plane of the discs */
-    vec3 axis;    /* of the discs; of a face its outward normal */
-    bool has_rim; /* one of the radii is above 0 */
-    bool is_face;
-} rim_part;
-
-/* In the body's own frame. False: it has no such feature, or `side` names what is none. */
-bool rim_part_of(const shape *s, const uint16_t side[3], uint8_t count, rim_part *out);
-
-/* From its own frame, where z is the axis of the discs. */
-static inline void rim_part_place(const transform *t, rim_part *x)
-{
-    for (int i = 0; i < x->discs; i++) x->centre[i] = transform_point(t, x->centre[i]);
-    x->axis = x->axis.z < 0 ? vec_neg(t->r.z) : t->r.z;
-    x->x = t->r.x, x->y = t->r.y;
-}
-
-/* `out`: unit, outward, in the body's frame. Does it point out of the body as the feature wants, and away from all that
- * is not of it, by a margin? */
-bool rim_part_holds(const shape *s, const uint16_t side[3], vec3 out);
-
-/* Can the direction that a strict feature has be within `off`, an angle, of this one? */
-bool rim_part_may_be(const shape *s, const uint16_t side[3], vec3 out, double off);
-
-/* Is a point of a face's plane inside of the face, by more than the margin? */
-bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double margin);
-
-/* The feature that a point of the surface is on, to within `near`, and that `out` leaves the body by. */
-void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3]);
-bool rim_part_make_round(const shape *s, uint16_t side[3]); /* of a flat end its rim; false: it is none */
-
-/* All features of a body, by number. */
-uint32_t rim_part_count(const shape *s);
-void rim_part_numbered(const shape *s, uint32_t i, uint16_t side[3]);
-
-/* ---- rim newton ---- */
-
-/* Two features of curved.h along the direction in which they are farthest apart. A's frame, a unit_pair's
- * units. */
-
-/* n: unit, from A towards B. */
-typedef struct rim_stand { /* both parts along n, and the next step */
-    vec3 n, point_a, point_b;
-    double lo, share_a, share_b; /* of the second discs */
-    double uneven;               /* the difference of what should be equally high */
-    vec3 step;                   /* orthogonal to n */
-} rim_stand;
-
-/* Where Newton's method ends from s->n, to the last bits by the cell and the features alone (curved.h). `size`:
- * the pair's. False: not found. */
-bool rim_stand_between(const rim_part *a, const rim_part *b, double size, rim_stand *s);
-
-/* `other` along the normal of `face`; `sign`: 1 when the face is A's. False: `other` is no corner, apex or rim. Fills
- * n, the points and lo. */
-bool rim_stand_on_face(const rim_part *face, const rim_part *other, double sign, rim_stand *s);
-
-/* ---- rim features ---- */
+ */
 
 /* Of the size: who asks for less is served quicker by a search that stops. */
 #define RIM_CLOSE_TOLERANCE 0x1p-9

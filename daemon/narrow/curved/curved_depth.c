@@ -345,15 +345,8 @@ LANES_INLINE bool curved_search_from(search *x, const simplex *from, double *lea
     }
 }
 
-LANES_WIDE static bool curved_search_wide(search *x, const simplex *from, double *least)
-{
-    return curved_search_from(x, from, least);
-}
-
-static bool curved_search_narrow(search *x, const simplex *from, double *least)
-{
-    return curved_search_from(x, from, least);
-}
+LANES_TWINS(LANES_WIDE, bool, curved_search, curved_search_from, (search *const x, const simplex *from, double *least),
+    (x, from, least));
 
 static void curved_write_witnesses(const search *x)
 {
@@ -365,7 +358,7 @@ static void curved_write_witnesses(const search *x)
     simplex_witness(&s, &x->best->point_a, &x->best->point_b);
 }
 
-bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     if (start->simplex.count < 4 || start->state != GJK_INSIDE) return false;
     surface s;
@@ -381,7 +374,7 @@ bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, con
     x.raises = x.dome_count = 0;
     const span before = *out;
     double least;
-    if (!(wide ? curved_search_wide : curved_search_narrow)(&x, &start->simplex, &least)) {
+    if (!LANES_CHOSEN(curved_search)(&x, &start->simplex, &least)) {
         uint32_t iterations = out->iterations;
         *out = before;
         out->iterations = iterations;
@@ -391,9 +384,4 @@ bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, con
     out->hi = max_of(out->lo, min_of(out->hi, -least));
     curved_write_witnesses(&x);
     return true;
-}
-
-bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
-{
-    return curved_depth_by(lanes_wide(), p, goal, start, out);
 }

@@ -92,23 +92,11 @@ void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gj
 /* An axis that is so near to n* names the features. */
 static const double NAMING_ANGLE = 0x1p-14;
 
-/* The bracket of a search that goes on for as long as doubles let it. */
-static void descent_narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
-{
-    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
-    gjk_result r;
-    descent_distance(p, &exactly, s->axis, &r);
-    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
-    r.span.method = s->method;
-    r.span.iterations += s->iterations;
-    *s = r.span;
-}
-
 static bool find_rims(const unit_pair *p, const narrow_goal *goal, span *s, span *out)
 {
     if (rim_features_find_at(p, goal, s, out)) return true;
     if (rim_features_angle(s) > NAMING_ANGLE) {
-        descent_narrow_down(p, goal, s);
+        gjk_narrow_down(descent_distance, p, goal, s);
         if (rim_features_find_at(p, goal, s, out)) return true;
     }
     return rim_features_find_along(p, goal, s, out);

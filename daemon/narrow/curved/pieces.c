@@ -121,7 +121,7 @@ static vec3 piece_point_b(const piece *s, const view *v)
     return vec_madd(s->b, s->rb, v->u[1]);
 }
 
-void pieces_look(bundle *b, const view *v)
+static void pieces_look(bundle *b, const view *v)
 {
     for (int i = 0; i < b->count; i++) {
         vec3 w = vec_sub(piece_point_b(&b->piece[i], v), piece_point_a(&b->piece[i], v));

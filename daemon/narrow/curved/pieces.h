@@ -51,7 +51,6 @@ bool pieces_know(const unit_pair *p, const bundle *b, const minkowski *m); /* is
 void pieces_add(const unit_pair *p, bundle *b, const minkowski *m);
 
 view pieces_view(const unit_pair *p, vec3 n);
-void pieces_look(bundle *b, const view *v); /* heights and gradients */
 
 void pieces_points(const bundle *b, const view *v, vec3 *point_a, vec3 *point_b); /* of A and B, by the weights */
 

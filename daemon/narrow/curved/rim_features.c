@@ -6,8 +6,10 @@
 
 /* ---- rim parts ---- */
 
-/* The features of a box, a capsule, a cylinder or a cone, by their sides: what they are, which directions
- * leave the body there, and which one a point is on. */
+/* The features of a box, a capsule, a cylinder or a cone: what they are, which directions leave the body there, and
+ * which one a point is on. A feature is named by its sides, three small numbers: of a box (or a capsule, which is one
+ * without width) for each of its axes between, high or low; of a body of revolution that along its axis, whether it is
+ * the flat end, and 0. */
 
 enum { BETWEEN, HIGH, LOW, SIDES }; /* along an axis of a box, or along that of a body of revolution */
 enum { ROUND, FLAT };               /* a body of revolution: its rim or apex, or its flat end */
@@ -15,7 +17,20 @@ enum { ROUND, FLAT };               /* a body of revolution: its rim or apex, or
 static const double SIGN[SIDES] = {0, 1, -1};
 static const double LEAN = 0x1p-13; /* sine of the angle by which n points out of other faces, ends and sides */
 
+#define RIM_SINE 0x1p-11 /* between n and the axis of a rim: the least */
+
 /* ---- what it is ---- */
+
+/* A feature in A's frame: one disc or two, or a face. */
+typedef struct rim_part {
+    int discs;
+    vec3 centre[2];
+    double radius[2];
+    vec3 x, y;    /* unit, orthogonal: the plane of the discs */
+    vec3 axis;    /* of the discs; of a face its outward normal */
+    bool has_rim; /* one of the radii is above 0 */
+    bool is_face;
+} rim_part;
 
 typedef struct sides { /* of a box: of what lies between, at is 0 */
     double half[3], side[3];
@@ -84,10 +99,19 @@ static bool part_of_revolved(const shape *s, const uint16_t side[3], rim_part *o
     return true;
 }
 
-bool rim_part_of(const shape *s, const uint16_t side[3], uint8_t count, rim_part *out)
+/* In the body's own frame. False: it has no such feature, or `side` names what is none. */
+static bool rim_part_of(const shape *s, const uint16_t side[3], uint8_t count, rim_part *out)
 {
     if (count != 3) return false;
     return shape_has_rim(s) ? part_of_revolved(s, side, out) : rim_part_of_box(s, side, out);
+}
+
+/* From its own frame, where z is the axis of the discs. */
+static inline void rim_part_place(const transform *t, rim_part *x)
+{
+    for (int i = 0; i < x->discs; i++) x->centre[i] = transform_point(t, x->centre[i]);
+    x->axis = x->axis.z < 0 ? vec_neg(t->r.z) : t->r.z;
+    x->x = t->r.x, x->y = t->r.y;
 }
 
 /* ---- does a direction point out of a body as its feature wants? ---- */
@@ -118,7 +142,9 @@ static bool revolved_holds(const shape *s, const uint16_t side[3], vec3 out)
     return leaves && (side[0] == BETWEEN || (side[0] == HIGH ? up > LEAN : up < -LEAN));
 }
 
-bool rim_part_holds(const shape *s, const uint16_t side[3], vec3 out)
+/* `out`: unit, outward, in the body's frame. Does it point out of the body as the feature wants, and away from all that
+ * is not of it, by a margin? */
+static bool rim_part_holds(const shape *s, const uint16_t side[3], vec3 out)
 {
     return shape_has_rim(s) ? revolved_holds(s, side, out) : box_holds(s, side, out);
 }
@@ -144,14 +170,16 @@ static bool revolved_may_be(const shape *s, const uint16_t side[3], vec3 out, do
     return side[0] == BETWEEN ? fabs(up) <= off : (side[0] == HIGH ? up : -up) > LEAN - off;
 }
 
-bool rim_part_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
+/* Can the direction that a strict feature has be within `off`, an angle, of this one? */
+static bool rim_part_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
 {
     return shape_has_rim(s) ? revolved_may_be(s, side, out, off) : box_may_be(s, side, out, off);
 }
 
 /* ---- which one is at a point? ---- */
 
-bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double margin)
+/* Is a point of a face's plane inside of the face, by more than the margin? */
+static bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double margin)
 {
     double half[3], x[3];
     if (shape_has_rim(s)) {
@@ -165,7 +193,8 @@ bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double m
     return inside;
 }
 
-void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3])
+/* The feature that a point of the surface is on, to within `near`, and that `out` leaves the body by. */
+static void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3])
 {
     double half[3], x[3];
     vec_to(rim_half_of(s), half);
@@ -183,7 +212,8 @@ void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3
         side[i] = half[i] == 0 || half[i] - x[i] <= near ? HIGH : half[i] + x[i] <= near ? LOW : BETWEEN;
 }
 
-bool rim_part_make_round(const shape *s, uint16_t side[3])
+/* Of a flat end its rim; false: it is none. */
+static bool rim_part_make_round(const shape *s, uint16_t side[3])
 {
     bool flat = shape_has_rim(s) && side[1] == FLAT;
     if (flat) side[1] = ROUND;
@@ -193,12 +223,12 @@ bool rim_part_make_round(const shape *s, uint16_t side[3])
 /* ---- all of them ---- */
 
 /* 27 of a box; of a body of revolution three, and its two flat ends. */
-uint32_t rim_part_count(const shape *s)
+static uint32_t rim_part_count(const shape *s)
 {
     return shape_has_rim(s) ? 6 : 27;
 }
 
-void rim_part_numbered(const shape *s, uint32_t i, uint16_t side[3])
+static void rim_part_numbered(const shape *s, uint32_t i, uint16_t side[3])
 {
     uint32_t base = shape_has_rim(s) ? 2 : 3;
     side[0] = (uint16_t)(shape_has_rim(s) ? i / base : i % base);
@@ -229,6 +259,13 @@ static const double NEAR2 = 0x1p-24;   /* square of the last step of the approac
 static const double STRIDE = 0.5;      /* a longer step leaves what the derivatives know */
 
 /* ---- two parts along a direction ---- */
+
+typedef struct rim_stand { /* both parts along n, unit, from A towards B; and the next step */
+    vec3 n, point_a, point_b;
+    double lo, share_a, share_b; /* of the second discs */
+    double uneven;               /* the difference of what should be equally high */
+    vec3 step;                   /* orthogonal to n */
+} rim_stand;
 
 typedef struct look { /* at a part: the top of each disc along a direction */
     vec3 top[2];
@@ -405,7 +442,9 @@ static bool arrive(const rim_part *a, const rim_part *b, double size, rim_stand 
     return false;
 }
 
-bool rim_stand_between(const rim_part *a, const rim_part *b, double size, rim_stand *s)
+/* Where Newton's method ends from s->n, to the last bits by the cell and the features alone (curved.h). `size`:
+ * the pair's. False: not found. */
+static bool rim_stand_between(const rim_part *a, const rim_part *b, double size, rim_stand *s)
 {
     if (!approach(a, b, size, s)) return false;
     for (int i = 0; i < CELLS_TRIED; i++)
@@ -415,7 +454,9 @@ bool rim_stand_between(const rim_part *a, const rim_part *b, double size, rim_st
 
 /* ---- faces ---- */
 
-bool rim_stand_on_face(const rim_part *face, const rim_part *other, double sign, rim_stand *s)
+/* `other` along the normal of `face`; `sign`: 1 when the face is A's. False: `other` is no corner, apex or rim. Fills
+ * n, the points and lo. */
+static bool rim_stand_on_face(const rim_part *face, const rim_part *other, double sign, rim_stand *s)
 {
     look l;
     vec3 in = vec_neg(face->axis);

@@ -10,7 +10,7 @@
 
 /* ---- exact core ---- */
 
-/* Formulas for the cores in double-double. */
+/* One core in its own frame: how high it reaches, and how far a point is from it. */
 
 /* Relative to the largest coordinate: vertices this close to the highest in doubles may be the highest. */
 #define VERTEX_SLACK 0x1p-48
@@ -50,7 +50,9 @@ static dd ellipsoid_height(vec3 half, dd3 n)
     return dd3_norm(stretched);
 }
 
-dd exact_height(const shape *s, double scale, dd3 n)
+/* Greatest dot(n, x) over the core; n of any length. The vertices of a hull are scaled by `scale`, a power of two. Not
+ * for half-spaces. */
+static dd exact_height(const shape *s, double scale, dd3 n)
 {
     vec3 h = exact_half_of(s);
     dd along = times(h.z, dd_abs(n.z));
@@ -73,7 +75,8 @@ static dd clamp(dd x, double h)
     return dd_max(dd_min(x, dd_of(h)), dd_of(-h));
 }
 
-dd3 exact_clamp(const shape *s, dd3 point)
+/* The nearest point of a sphere's, capsule's or box's core. */
+static dd3 exact_clamp(const shape *s, dd3 point)
 {
     vec3 h = exact_half_of(s);
     return (dd3){clamp(point.x, h.x), clamp(point.y, h.y), clamp(point.z, h.z)};
@@ -101,12 +104,13 @@ static dd cone_distance(double r, double h, dd rho, dd z)
     return dd_less(rho, dd_of(r)) ? below_base : length2(dd_sub(rho, dd_of(r)), below_base);
 }
 
-bool exact_has_distance(const shape *s)
+static bool exact_has_distance(const shape *s)
 {
     return s->type <= SHAPE_CONE;
 }
 
-dd exact_distance(const shape *s, dd3 point)
+/* Signed distance of a point from the core, where exact_has_distance. */
+static dd exact_distance(const shape *s, dd3 point)
 {
     vec3 h = exact_half_of(s);
     dd z = dd_sub(dd_abs(point.z), dd_of(h.z));

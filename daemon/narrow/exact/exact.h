@@ -10,23 +10,6 @@
 #include "narrow/math/dd.h"
 #include "narrow/pair/unit_pair.h"
 
-/* ---- exact core ---- */
-
-/* One core in its own frame, in double-double: how high it reaches, and how far a point is from it. */
-
-/* Greatest dot(n, x) over the core; n of any length. The vertices of a hull are scaled by `scale`, a power of two. Not
- * for half-spaces. */
-dd exact_height(const shape *s, double scale, dd3 n);
-
-/* The nearest point of a sphere's, capsule's or box's core. */
-dd3 exact_clamp(const shape *s, dd3 point);
-
-/* Signed distance of a point from the core: of a sphere, capsule, box, cylinder or cone. */
-bool exact_has_distance(const shape *s);
-dd exact_distance(const shape *s, dd3 point);
-
-/* ---- exact ---- */
-
 typedef struct exact_pair { /* in units of the unit_pair, in a frame of the caller's with its origin at A's */
     const unit_pair *p;
     quat qa, qb;

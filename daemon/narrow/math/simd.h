@@ -7,6 +7,20 @@
 
 #include <math.h>
 
+/* Defines name_wide, which may use registers of 32 bytes, and name_narrow: both are `body`, a function of LANES_INLINE.
+ * `how`: LANES_WIDE or LANES_WHOLE. A semicolon follows. LANES_CHOSEN is the one for this processor. */
+#define LANES_TWINS(how, type, name, body, parameters, arguments)                                                      \
+    how static type name##_wide parameters                                                                             \
+    {                                                                                                                  \
+        return body arguments;                                                                                         \
+    }                                                                                                                  \
+    static type name##_narrow parameters                                                                               \
+    {                                                                                                                  \
+        return body arguments;                                                                                         \
+    }                                                                                                                  \
+    static type name##_narrow parameters
+#define LANES_CHOSEN(name) (lanes_wide() ? name##_wide : name##_narrow)
+
 #if defined(__x86_64__)
 
 #include <emmintrin.h>

@@ -461,17 +461,10 @@ INLINE bool two_boxes(primitive_pair *q, narrow_cache *cache, epa_scratch *scrat
     return q->request->facts & NARROW_DISTANCE ? distance_of_boxes(q, cache, scratch, out) : verdict_of_boxes(q, out);
 }
 
-LANES_WHOLE static bool two_boxes_wide(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
-{
-    return two_boxes(q, cache, scratch, out);
-}
-
-static bool two_boxes_narrow(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
-{
-    return two_boxes(q, cache, scratch, out);
-}
+LANES_TWINS(LANES_WHOLE, bool, two_boxes, two_boxes,
+    (primitive_pair *const q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out), (q, cache, scratch, out));
 
 bool box_beside_box(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
 {
-    return (lanes_wide() ? two_boxes_wide : two_boxes_narrow)(q, cache, scratch, out);
+    return LANES_CHOSEN(two_boxes)(q, cache, scratch, out);
 }

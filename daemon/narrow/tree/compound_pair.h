@@ -89,22 +89,4 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     const narrow_request *request, narrow_ask *ask, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts,
     narrow_result *out);
 
-/* How far B must go to be apart for certain, in units of the pair: a translation, or one of infinite length where none
- * was found. `deepest`: what is known of the deepest pair of parts, of those numbers, in metres. */
-typedef struct compound_way {
-    vec3 axis; /* unit */
-    double length;
-} compound_way;
-compound_way compound_way_out(
-    compound_walk *w, const narrow_result *deepest, const uint32_t parts[2], narrow_scratch *scratch);
-
-/* Narrows both bounds of an overlap by a search over the differences of the parts (union_depth.h), if these are
- * polytopes; `asked`: m. */
-void compound_search_depth(const unit_pair *p, compound_walk *w, const shape *a, const shape *b, double asked,
-    narrow_scratch *scratch, union_scratch *parts, narrow_result *out);
-
-/* As manifold_build, over all pairs of parts, along the axis of the answer. */
-void compound_manifold(
-    compound_walk *w, const narrow_result *answer, double threshold, narrow_scratch *scratch, manifold *out);
-
 #endif

@@ -7,8 +7,9 @@
 
 /* ---- mesh part ---- */
 
-/* Two triangles by the nearest points of their edges or of a corner and a face, where these answer; otherwise the
- * search of gjk.c, for a triangle of which all corners are in A's frame, and another or a convex core. */
+/* The distance of the two parts that a walk visits. Two triangles by the nearest points of their edges or of a corner
+ * and a face, where these answer; otherwise the search of gjk.c, for a triangle of which all corners are in A's frame,
+ * and another or a convex core. */
 
 enum { ITERATIONS_MAX = 128, STALLS_MAX = 16 };
 
@@ -102,7 +103,9 @@ static bool mesh_gap_advance(const mesh_walk *w, simplex *s, span *best, vec3 *a
     return false;
 }
 
-void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
+/* As gjk_distance, from what belongs to the parts alone (w->lead, w->from, w->edges): so the answer about two parts
+ * does not depend on which others were looked at before. */
+static void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
 {
     simplex s = {.count = 0};
     *best = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK, .iterations = 1};
@@ -135,6 +138,9 @@ void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
  * surface, all of these are on one side of it, and one point tells for all. So only components near the surface,
  * compared with how far they are from each other, are asked one by one. */
 
+#define MESH_NOT_HELD UINT32_MAX
+#define MESH_HELD_UNKNOWN (UINT32_MAX - 1) /* the effort of the query ended */
+
 enum { FEW = MESH_LEAF_MAX }; /* components that are rather asked each than by a box */
 
 typedef struct held_search {
@@ -143,7 +149,8 @@ typedef struct held_search {
     bool of_a;
 } held_search;
 
-vec3 mesh_component_point(const mesh_walk *w, bool of_a, uint32_t component)
+/* A point of a component, in A's frame and units of the pair. */
+static vec3 mesh_component_point(const mesh_walk *w, bool of_a, uint32_t component)
 {
     const mesh *m = of_a ? w->ma : w->mb;
     vec3 own = vec_scale(m->corners[3 * (size_t)m->components[component].triangle], w->part.scale);
@@ -210,7 +217,10 @@ static uint32_t search_held(const held_search *q, uint32_t node, uint32_t first,
     return MESH_NOT_HELD;
 }
 
-uint32_t mesh_held_component(mesh_walk *w, bool of_a)
+/* No surface is within rounding of the other. The first component of B (`of_a`: of A) in the order of its mesh that is
+ * inside of the other, whatever the walk is aimed at and within; it is moved to where it is, and forgets its axis.
+ * Or one of the two above. */
+static uint32_t mesh_held_component(mesh_walk *w, bool of_a)
 {
     const held_search q = {w, of_a ? w->ma : w->mb, of_a ? w->mb : w->ma, of_a};
     if (!q.solid->solid) return MESH_NOT_HELD;

@@ -75,18 +75,11 @@ void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const
 /* Up to four contact points over all triangles.
  *
  * Each triangle that may touch is clipped against the other shape's feature along the one axis of the answer: so no
- * triangle brings a normal of its own, and inner edges leave no mark. The points are chosen as manifold.c does (the
- * deepest, the one farthest from it, the farthest from their line on either side), by one walk for each, so that none
- * need be stored and there is no cap on how many there are. */
-
-/* Points nearer to each other than this share of the pair's size are one: neighbours meet at an edge. */
-static const double SAME_POINT = 1e-9;
+ * triangle brings a normal of its own, and inner edges leave no mark. Which points are kept is manifold.h's choice, by
+ * one walk for each. */
 
 /* A triangle of a solid whose outward normal points away from the other shape by more than this is its far side. */
 static const double FAR_SIDE = 1e-6;
-
-/* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
-static const double NO_WITNESS = 0x1p500;
 
 /* A triangle with two faces, three edges and their neighbours, as manifold_build looks for them. The back face has
  * corners of its own, 3 to 5, so that they tell which way it was walked round. One without area is the segment that is
@@ -106,12 +99,7 @@ typedef struct point_search {
     const transform *b_in_a;
     const narrow_result *answer;
     double threshold;
-    manifold chosen;
-    int walk; /* 0: the deepest; 1: the farthest from it; 2, 3: the farthest from their line, to its left and right */
-    bool found;
-    double best;
-    manifold_point point; /* the best of this walk */
-    vec3 u, v;            /* across the axis */
+    manifold_choice choice;
 } point_search;
 
 static int longest_side(const vec3 p[3])
@@ -186,39 +174,6 @@ static uint32_t code_in_mesh(const mesh *m, uint32_t triangle, const thin_hull *
     return feature_code(kind, t->v[corner % 3]);
 }
 
-static bool same_point(const point_search *q, const manifold_point *p)
-{
-    double slack = SAME_POINT * (shape_reach(q->a) + shape_reach(q->b));
-    for (uint32_t i = 0; i < q->chosen.count; i++) {
-        vec3 d = vec_sub(p->point, q->chosen.points[i].point);
-        if (max_of(fabs(vec_dot(d, q->u)), fabs(vec_dot(d, q->v))) <= slack) return true;
-    }
-    return false;
-}
-
-/* As in manifold.c. */
-static double mesh_points_score_of(const point_search *q, const manifold_point *p)
-{
-    const manifold_point *c = q->chosen.points;
-    if (q->walk == 0) return -p->distance;
-    double dx = vec_dot(vec_sub(p->point, c[0].point), q->u), dy = vec_dot(vec_sub(p->point, c[0].point), q->v);
-    if (q->walk == 1) return dx * dx + dy * dy;
-    double ex = vec_dot(vec_sub(c[1].point, c[0].point), q->u), ey = vec_dot(vec_sub(c[1].point, c[0].point), q->v);
-    double left = ex * dy - ey * dx;
-    return q->walk == 2 ? left : -left;
-}
-
-static void consider(point_search *q, const manifold_point *p)
-{
-    if (same_point(q, p)) return;
-    double score = mesh_points_score_of(q, p);
-    if (q->walk > 0 && !(score > 0)) return;
-    if (q->found && (score < q->best || (score == q->best && p->feature >= q->point.feature))) return;
-    q->found = true;
-    q->best = score;
-    q->point = *p;
-}
-
 /* Is it a side of a solid that faces away from the other shape? */
 static bool is_far_side(const mesh *m, const thin_hull *t, vec3 towards_other)
 {
@@ -241,7 +196,7 @@ static bool mesh_points_clip(mesh_walk *w, void *context)
         if (is_far_side(w->ma, &thin_a, axis)) return true;
     }
     vec3 point = q->answer->point_a;
-    manifold_build(&a, &b, q->b_in_a, axis, point, vec_madd(point, NO_WITNESS, axis), q->threshold, &points);
+    manifold_build(&a, &b, q->b_in_a, axis, point, vec_madd(point, MANIFOLD_NO_WITNESS, axis), q->threshold, &points);
     for (uint32_t i = 0; i < points.count; i++) {
         manifold_point *p = &points.points[i];
         uint32_t code_a = feature_code_a(p->feature), code_b = feature_code_b(p->feature);
@@ -249,20 +204,9 @@ static bool mesh_points_clip(mesh_walk *w, void *context)
         code_b = code_in_mesh(w->mb, w->triangle_b, &thin_b, code_b);
         if (w->ma) code_a = code_in_mesh(w->ma, w->triangle_a, &thin_a, code_a);
         p->feature = feature_id(code_a, code_b);
-        consider(q, p);
+        manifold_choice_offer(&q->choice, p);
     }
     return true;
-}
-
-static void write_sorted(const manifold *from, manifold *out)
-{
-    memset(out, 0, sizeof *out);
-    for (uint32_t i = 0; i < from->count; i++) {
-        uint32_t place = out->count++;
-        for (; place > 0 && out->points[place - 1].feature > from->points[i].feature; place--)
-            out->points[place] = out->points[place - 1];
-        out->points[place] = from->points[i];
-    }
 }
 
 void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
@@ -271,23 +215,19 @@ void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, cons
     mesh_walk w;
     transform t = pose_transform(*b_in_a);
     point_search q = {.a = a, .b = b, .b_in_a = &t, .answer = answer, .threshold = threshold};
-    q.u = vec_unit_orthogonal(answer->axis);
-    q.v = vec_cross(answer->axis, q.u);
+    manifold_choice_begin(&q.choice, answer->axis, MANIFOLD_SAME_POINT * (shape_reach(a) + shape_reach(b)), false);
     mesh_walk_init(&w, p, a, b);
     int64_t left = w.effort->left, share = left / MANIFOLD_POINTS_MAX; /* each walk sees as much as the others */
     bool cut = false;
-    for (q.walk = 0; q.walk < MANIFOLD_POINTS_MAX; q.walk++) {
-        q.found = false;
+    do {
         mesh_walk_move(&w, p->b_in_a.t);
         w.within = max_of(threshold * p->scale + p->radius, 0) + 2 * p->error;
         w.effort->left = share;
         mesh_walk_run(&w, mesh_points_clip, &q);
         left -= share - w.effort->left;
         cut |= w.unseen < INFINITY;
-        if (q.found) q.chosen.points[q.chosen.count++] = q.point;
-        if (!q.found && q.walk < 2) break;
-    }
+    } while (manifold_choice_next(&q.choice));
     w.effort->left = cut ? -1 : left;
-    if (q.chosen.count == 0) q.chosen.points[q.chosen.count++] = manifold_witness(answer);
-    write_sorted(&q.chosen, out);
+    if (q.choice.chosen.count == 0) q.choice.chosen.points[q.choice.chosen.count++] = manifold_witness(answer);
+    manifold_choice_write(&q.choice, out);
 }

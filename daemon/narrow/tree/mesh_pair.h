@@ -11,29 +11,6 @@
 
 /* The distance of two surfaces, one or both a mesh, and whether one lies inside of the other. */
 
-/* ---- mesh part ---- */
-
-/* The distance of the two parts that a walk visits. */
-
-/* As gjk_distance, from what belongs to the parts alone (w->lead, w->from, w->edges): so the answer about two parts
- * does not depend on which others were looked at before. */
-void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *out);
-
-/* ---- mesh held ---- */
-
-/* Which component of one mesh is inside of another, a solid. */
-
-#define MESH_NOT_HELD UINT32_MAX
-#define MESH_HELD_UNKNOWN (UINT32_MAX - 1) /* the effort of the query ended */
-
-/* No surface is within rounding of the other. The first component of B (`of_a`: of A) in the order of its mesh that is
- * inside of the other, whatever the walk is aimed at and within; it is moved to where it is, and forgets its axis.
- * Or one of the two above. */
-uint32_t mesh_held_component(mesh_walk *w, bool of_a);
-
-/* A point of a component, in A's frame and units of the pair. */
-vec3 mesh_component_point(const mesh_walk *w, bool of_a, uint32_t component);
-
 /* How far a component reaches along a direction of A's frame, from its one end to the other: no less than it does. */
 double mesh_component_width(const mesh_walk *w, bool of_a, uint32_t component, vec3 direction);
 

@@ -4,11 +4,6 @@
 
 #include "narrow/math/simd.h"
 
-#define ROW_INLINE LANES_INLINE
-
-/* What must be of one width is so here. */
-_Static_assert((int)LANES == (int)MESH_LEAF_MAX, "a leaf fills the lanes");
-
 LANES_INLINE lanes choose(lane_mask m, lanes yes, lanes no)
 {
     return lanes_choose(m, yes, no);
@@ -32,42 +27,40 @@ LANES_INLINE unsigned bits_of(lane_mask m)
 
 #include "mesh_row_lanes.h"
 
+static const mesh_row_kernel *kernel(void)
+{
+    return lanes_wide() ? mesh_row_wide : &KERNEL;
+}
+
 void mesh_four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a)
 {
-    if (lanes_wide())
-        mesh_four_set_wide(f, corners, count, scale, b_in_a);
-    else
-        four_set(f, corners, count, scale, b_in_a);
+    kernel()->four_set(f, corners, count, scale, b_in_a);
 }
 
 unsigned mesh_row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out)
 {
-    return lanes_wide() ? mesh_row_near_wide(a, b, p, within2, out) : row_near(a, b, p, within2, out);
+    return kernel()->row_near(a, b, p, within2, out);
 }
 
 unsigned mesh_fours_near(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
     const double levels_b[MESH_LEAF_MAX], double within)
 {
-    return lanes_wide() ? mesh_fours_near_wide(a, b, levels_a, levels_b, within)
-                        : fours_near(a, b, levels_a, levels_b, within);
+    return kernel()->fours_near(a, b, levels_a, levels_b, within);
 }
 
 unsigned mesh_row_near_core(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
-    return lanes_wide() ? mesh_row_near_core_wide(b, a, near, within2, out) : core_near(b, a, near, within2, out);
+    return kernel()->core_near(b, a, near, within2, out);
 }
 
 unsigned mesh_row_near_box(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
-    return lanes_wide() ? mesh_row_near_box_wide(b, a, near, within2, out) : box_near(b, a, near, within2, out);
+    return kernel()->box_near(b, a, near, within2, out);
 }
 
 void mesh_four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
 {
-    if (lanes_wide())
-        mesh_four_levels_wide(f, axis, levels);
-    else
-        four_levels(f, axis, levels);
+    kernel()->four_levels(f, axis, levels);
 }
 
 void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s)

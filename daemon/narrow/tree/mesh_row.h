@@ -63,14 +63,18 @@ void mesh_four_levels(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX
 /* One of the four. */
 void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s);
 
-/* The same with registers of 32 bytes, where the processor has them (lanes_wide): a least or greatest takes one
- * instruction there, which gcc emits only for intrinsics. The same bits. Only mesh_row.c asks them. */
-void mesh_four_set_wide(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
-unsigned mesh_fours_near_wide(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
-    const double levels_b[MESH_LEAF_MAX], double within);
-unsigned mesh_row_near_wide(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out);
-unsigned mesh_row_near_core_wide(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
-unsigned mesh_row_near_box_wide(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
-void mesh_four_levels_wide(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX]);
+/* All that is done with lanes. mesh_row_wide has registers of 32 bytes, where the processor has them (lanes_wide; else
+ * NULL): a least or greatest takes one instruction there, which gcc emits only for intrinsics. The same bits. Only
+ * mesh_row.c asks it. */
+typedef struct mesh_row_kernel {
+    void (*four_set)(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
+    unsigned (*fours_near)(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
+        const double levels_b[MESH_LEAF_MAX], double within);
+    unsigned (*row_near)(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out);
+    unsigned (*core_near)(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
+    unsigned (*box_near)(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
+    void (*four_levels)(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX]);
+} mesh_row_kernel;
+extern const mesh_row_kernel *const mesh_row_wide;
 
 #endif

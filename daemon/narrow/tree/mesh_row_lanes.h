@@ -1,53 +1,53 @@
 /* mesh_row_lanes: what mesh_row.c and mesh_row_wide.c are made of: four triangles in the four lanes of simd.h. What is
  * not a number separates nothing.
  *
- * Whoever includes it includes simd.h and mesh_row.h before, and says what ROW_INLINE is, and has greater_of and
- * lesser_of (the second where one is not a number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k
- * of a mask). All that uses them is here, so that both give the same bits. Pure; any thread. */
+ * Whoever includes it includes simd.h and mesh_row.h before, and has greater_of and lesser_of (the second where one is
+ * not a number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k of a mask). All that uses them is
+ * here, so that both give the same bits; KERNEL is what they come to. Pure; any thread. */
 #ifndef COLLIDED_NARROW_TREE_MESH_ROW_LANES_H
 #define COLLIDED_NARROW_TREE_MESH_ROW_LANES_H
 
 /* What must be of one width is so here. */
 _Static_assert((int)LANES == (int)MESH_LEAF_MAX, "a leaf fills the lanes");
 
-ROW_INLINE lanes3 choose3(lane_mask m, lanes3 yes, lanes3 no)
+LANES_INLINE lanes3 choose3(lane_mask m, lanes3 yes, lanes3 no)
 {
     return (lanes3){choose(m, yes.x, no.x), choose(m, yes.y, no.y), choose(m, yes.z, no.z)};
 }
-ROW_INLINE lanes share_of(lanes x) /* 0 to 1 */
+LANES_INLINE lanes share_of(lanes x) /* 0 to 1 */
 {
     return lesser_of(greater_of(x, lanes_of(0)), lanes_of(1));
 }
 
-ROW_INLINE lanes3 spread(vec3 v)
+LANES_INLINE lanes3 spread(vec3 v)
 {
     return (lanes3){lanes_of(v.x), lanes_of(v.y), lanes_of(v.z)};
 }
-ROW_INLINE lanes3 row_load(const double v[3][LANES])
+LANES_INLINE lanes3 row_load(const double v[3][LANES])
 {
     return (lanes3){lanes_load(v[0]), lanes_load(v[1]), lanes_load(v[2])};
 }
-ROW_INLINE void store(double v[3][LANES], lanes3 x)
+LANES_INLINE void store(double v[3][LANES], lanes3 x)
 {
     lanes_store(v[0], x.x);
     lanes_store(v[1], x.y);
     lanes_store(v[2], x.z);
 }
-ROW_INLINE lanes3 scaled(lanes3 v, lanes s)
+LANES_INLINE lanes3 scaled(lanes3 v, lanes s)
 {
     return (lanes3){v.x * s, v.y * s, v.z * s};
 }
 
 /* ---- a leaf in its place ---- */
 
-ROW_INLINE lanes3 corners_at(const vec3 *corners, const uint32_t at[LANES], uint32_t k)
+LANES_INLINE lanes3 corners_at(const vec3 *corners, const uint32_t at[LANES], uint32_t k)
 {
     const vec3 *p = &corners[at[0] + k], *q = &corners[at[1] + k], *r = &corners[at[2] + k], *s = &corners[at[3] + k];
     return (lanes3){{p->x, q->x, r->x, s->x}, {p->y, q->y, r->y, s->y}, {p->z, q->z, r->z, s->z}};
 }
 
 /* transform_point, lane by lane. */
-ROW_INLINE lanes3 moved(const transform *t, lanes3 v)
+LANES_INLINE lanes3 moved(const transform *t, lanes3 v)
 {
     const mat3 *m = &t->r;
     return (lanes3){lanes_of(m->x.x) * v.x + lanes_of(m->y.x) * v.y + lanes_of(m->z.x) * v.z + lanes_of(t->t.x),
@@ -55,16 +55,16 @@ ROW_INLINE lanes3 moved(const transform *t, lanes3 v)
         lanes_of(m->x.z) * v.x + lanes_of(m->y.z) * v.y + lanes_of(m->z.z) * v.z + lanes_of(t->t.z)};
 }
 
-ROW_INLINE lanes3 least3(lanes3 a, lanes3 b)
+LANES_INLINE lanes3 least3(lanes3 a, lanes3 b)
 {
     return (lanes3){lesser_of(a.x, b.x), lesser_of(a.y, b.y), lesser_of(a.z, b.z)};
 }
-ROW_INLINE lanes3 most3(lanes3 a, lanes3 b)
+LANES_INLINE lanes3 most3(lanes3 a, lanes3 b)
 {
     return (lanes3){greater_of(a.x, b.x), greater_of(a.y, b.y), greater_of(a.z, b.z)};
 }
 
-ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a)
+static void four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a)
 {
     uint32_t at[LANES];
     lanes3 p[3];
@@ -81,12 +81,12 @@ ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, doub
 
 /* ---- a row ---- */
 
-ROW_INLINE lanes row_outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
+LANES_INLINE lanes row_outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
 {
     return greater_of(greater_of(lo_b - lanes_of(hi_a), lanes_of(lo_a) - hi_b), lanes_of(0));
 }
 
-ROW_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
+LANES_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
 {
     lanes x = row_outside(a->lo.x, a->hi.x, lanes_load(b->lo[0]), lanes_load(b->hi[0]));
     lanes y = row_outside(a->lo.y, a->hi.y, lanes_load(b->lo[1]), lanes_load(b->hi[1]));
@@ -94,16 +94,16 @@ ROW_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
     return x * x + y * y + z * z;
 }
 
-ROW_INLINE lanes row_foot_of(const lanes3 p[3], lanes3 u)
+LANES_INLINE lanes row_foot_of(const lanes3 p[3], lanes3 u)
 {
     return lesser_of(lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
-ROW_INLINE lanes row_top_of(const lanes3 p[3], lanes3 u)
+LANES_INLINE lanes row_top_of(const lanes3 p[3], lanes3 u)
 {
     return greater_of(greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
 
-ROW_INLINE lanes3 row_towards(lanes3 u, lanes3 to)
+LANES_INLINE lanes3 row_towards(lanes3 u, lanes3 to)
 {
     lanes3 back = {-u.x, -u.y, -u.z};
     return choose3(lanes3_dot(u, to) < 0, back, u);
@@ -117,14 +117,14 @@ typedef struct pairing {
     lanes norm2, along_u[2], along_v[2]; /* of the lead; products with it */
 } pairing;
 
-ROW_INLINE void swap_where(lane_mask m, lanes *x, lanes *y)
+LANES_INLINE void swap_where(lane_mask m, lanes *x, lanes *y)
 {
     lane_mask both = ((lane_mask)*x ^ (lane_mask)*y) & m;
     *x = (lanes)((lane_mask)*x ^ both);
     *y = (lanes)((lane_mask)*y ^ both);
 }
 
-ROW_INLINE void swap3_where(lane_mask m, lanes3 *x, lanes3 *y)
+LANES_INLINE void swap3_where(lane_mask m, lanes3 *x, lanes3 *y)
 {
     swap_where(m, &x->x, &y->x);
     swap_where(m, &x->y, &y->y);
@@ -132,13 +132,13 @@ ROW_INLINE void swap3_where(lane_mask m, lanes3 *x, lanes3 *y)
 }
 
 /* `away2`: what each corner is from the other triangle's nearest. */
-ROW_INLINE void nearest_first(lanes3 p[3], const lanes away2[3])
+LANES_INLINE void nearest_first(lanes3 p[3], const lanes away2[3])
 {
     swap3_where(away2[1] < away2[0], &p[0], &p[1]);
     swap3_where(away2[2] < lesser_of(away2[1], away2[0]), &p[0], &p[2]);
 }
 
-ROW_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
+LANES_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
 {
     lanes from_a[3], from_b[3];
     for (int i = 0; i < 3; i++)
@@ -160,7 +160,7 @@ ROW_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
 }
 
 /* What parts them, not below 0: of products with the lead and with the edges. */
-ROW_INLINE lanes row_gap_of(lanes lead, const lanes u[2], const lanes v[2])
+LANES_INLINE lanes row_gap_of(lanes lead, const lanes u[2], const lanes v[2])
 {
     const lanes none = lanes_of(0);
     lanes top = greater_of(greater_of(u[0], u[1]), none), foot = lesser_of(lesser_of(v[0], v[1]), none);
@@ -168,7 +168,7 @@ ROW_INLINE lanes row_gap_of(lanes lead, const lanes u[2], const lanes v[2])
 }
 
 /* Along a direction of any length. */
-ROW_INLINE lanes row_gap_along(const pairing *p, lanes3 d)
+LANES_INLINE lanes row_gap_along(const pairing *p, lanes3 d)
 {
     const lanes u[2] = {lanes3_dot(d, p->u[0]), lanes3_dot(d, p->u[1])};
     const lanes v[2] = {lanes3_dot(d, p->v[0]), lanes3_dot(d, p->v[1])};
@@ -176,7 +176,7 @@ ROW_INLINE lanes row_gap_along(const pairing *p, lanes3 d)
 }
 
 /* Of two by one division. */
-ROW_INLINE void inverses(const lanes x[2], lanes per_x[2])
+LANES_INLINE void inverses(const lanes x[2], lanes per_x[2])
 {
     lanes per_both = 1 / (x[0] * x[1]);
     per_x[0] = x[1] * per_both;
@@ -187,7 +187,7 @@ ROW_INLINE void inverses(const lanes x[2], lanes per_x[2])
  * at the nearest corners, of those that are nearest: `norm2` is the square of the line between these points, `along`
  * goes from A's nearest corner to the point on its edge. It need not be exact: whatever direction comes out is tried
  * for what it proves. */
-ROW_INLINE lanes3 row_between_edges(const pairing *p, lanes *least, lanes3 *along)
+LANES_INLINE lanes3 row_between_edges(const pairing *p, lanes *least, lanes3 *along)
 {
     lanes uu[2], vv[2], uv[2][2], per_uu[2], per_vv[2], per_both[2][2];
     lanes3 best = p->lead;
@@ -218,7 +218,7 @@ ROW_INLINE lanes3 row_between_edges(const pairing *p, lanes *least, lanes3 *alon
     return best;
 }
 
-ROW_INLINE lanes3 pick3(const double v[3][LANES], uint32_t which)
+LANES_INLINE lanes3 pick3(const double v[3][LANES], uint32_t which)
 {
     return (lanes3){pick(v[0], which), pick(v[1], which), pick(v[2], which)};
 }
@@ -229,7 +229,7 @@ typedef struct parting {
     lanes gap2, norm2;
 } parting;
 
-ROW_INLINE void part_along(parting *best, lanes3 u, lanes gap, lanes norm2)
+LANES_INLINE void part_along(parting *best, lanes3 u, lanes gap, lanes norm2)
 {
     lanes gap2 = gap * gap;
     lane_mask more = gap2 * best->norm2 > best->gap2 * norm2;
@@ -238,7 +238,7 @@ ROW_INLINE void part_along(parting *best, lanes3 u, lanes gap, lanes norm2)
     best->lead = choose3(more, u, best->lead);
 }
 
-ROW_INLINE void part_along_normal(parting *best, const pairing *p, lanes3 normal)
+LANES_INLINE void part_along_normal(parting *best, const pairing *p, lanes3 normal)
 {
     lanes3 u = row_towards(normal, p->lead);
     part_along(best, u, row_gap_along(p, u), lanes3_dot(u, u));
@@ -246,7 +246,7 @@ ROW_INLINE void part_along_normal(parting *best, const pairing *p, lanes3 normal
 
 #define LEAST_NORM2 0x1p-1000 /* of a lead, where two corners are one */
 
-ROW_INLINE unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out)
+static unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out)
 {
     lanes3 of_a[3], of_b[3], along;
     lanes most2 = lanes_of(within2), norm2;
@@ -272,7 +272,7 @@ ROW_INLINE unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_
     return near;
 }
 
-ROW_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+static unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
     lanes away2 = boxes_away2(b, a);
     lanes_store(out->away2, away2);
@@ -281,13 +281,13 @@ ROW_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned n
 
 /* ---- all of two leaves ---- */
 
-ROW_INLINE double sum_of(lanes x)
+LANES_INLINE double sum_of(lanes x)
 {
     return x[0] + x[2] + (x[1] + x[3]);
 }
 
 /* Between the middles of the boxes around all triangles. */
-ROW_INLINE vec3 between_fours(const mesh_four *a, const mesh_four *b)
+LANES_INLINE vec3 between_fours(const mesh_four *a, const mesh_four *b)
 {
     double d[3];
     for (int k = 0; k < 3; k++) {
@@ -298,14 +298,14 @@ ROW_INLINE vec3 between_fours(const mesh_four *a, const mesh_four *b)
 }
 
 /* The pairs of which B's foot is not above A's top. */
-ROW_INLINE unsigned not_above(lanes foot, lanes top)
+LANES_INLINE unsigned not_above(lanes foot, lanes top)
 {
     unsigned above = bits_of(foot > LANES_ALL(top, 0)) | bits_of(foot > LANES_ALL(top, 1)) << 4 |
                      bits_of(foot > LANES_ALL(top, 2)) << 8 | bits_of(foot > LANES_ALL(top, 3)) << 12;
     return ~above & 0xffff;
 }
 
-ROW_INLINE unsigned fours_near(
+static unsigned fours_near(
     const mesh_four *a, const mesh_four *b, const double levels_a[LANES], const double levels_b[LANES], double within)
 {
     const lanes3 of_a[3] = {row_load(a->corner[0]), row_load(a->corner[1]), row_load(a->corner[2])};
@@ -329,7 +329,7 @@ typedef struct row {
 
 /* Along a direction of any length, along which A reaches no higher than `top`: what it separates more than those before
  * did. */
-ROW_INLINE void try_above(row *r, lanes3 u, lanes top)
+LANES_INLINE void try_above(row *r, lanes3 u, lanes top)
 {
     lanes gap = row_foot_of(r->b, u) - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
     lane_mask more = (gap > 0) & (gap2 * r->norm2 > r->gap2 * norm2);
@@ -339,18 +339,18 @@ ROW_INLINE void try_above(row *r, lanes3 u, lanes top)
     r->near &= ~bits_of(r->gap2 > r->within2 * r->norm2);
 }
 
-ROW_INLINE lanes beyond(double lo, double hi, lanes x)
+LANES_INLINE lanes beyond(double lo, double hi, lanes x)
 {
     return x - lesser_of(greater_of(x, lanes_of(lo)), lanes_of(hi));
 }
 
-ROW_INLINE lanes3 from_box(const mesh_spot *a, lanes3 p)
+LANES_INLINE lanes3 from_box(const mesh_spot *a, lanes3 p)
 {
     return (lanes3){beyond(a->lo.x, a->hi.x, p.x), beyond(a->lo.y, a->hi.y, p.y), beyond(a->lo.z, a->hi.z, p.z)};
 }
 
 /* From the box to the corner that is nearest to it. */
-ROW_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
+LANES_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
 {
     lanes3 lead = from_box(a, b[0]);
     lanes least = lanes3_dot(lead, lead);
@@ -364,12 +364,12 @@ ROW_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
     return lead;
 }
 
-ROW_INLINE lanes row_reach_of(double lo, double hi, lanes u)
+LANES_INLINE lanes row_reach_of(double lo, double hi, lanes u)
 {
     return greater_of(u * lanes_of(lo), u * lanes_of(hi));
 }
 
-ROW_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
+LANES_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
 {
     try_above(r, u,
         row_reach_of(a->lo.x, a->hi.x, u.x) + row_reach_of(a->lo.y, a->hi.y, u.y) +
@@ -377,7 +377,7 @@ ROW_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
 }
 
 /* Across the box's edges and those of the triangles. */
-ROW_INLINE void try_across(row *r, const mesh_spot *a, lanes3 lead)
+LANES_INLINE void try_across(row *r, const mesh_spot *a, lanes3 lead)
 {
     const lanes none = lanes_of(0);
     for (int k = 0; k < 3 && r->near; k++) {
@@ -388,7 +388,7 @@ ROW_INLINE void try_across(row *r, const mesh_spot *a, lanes3 lead)
     }
 }
 
-ROW_INLINE unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+static unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
     lanes boxes2 = boxes_away2(b, a);
     row r;
@@ -409,10 +409,12 @@ ROW_INLINE unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned ne
 
 /* ---- levels ---- */
 
-ROW_INLINE void four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
+static void four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
 {
     const lanes3 p[3] = {row_load(f->corner[0]), row_load(f->corner[1]), row_load(f->corner[2])};
     lanes_store(levels, row_foot_of(p, spread(axis)));
 }
+
+static const mesh_row_kernel KERNEL = {four_set, fours_near, row_near, core_near, box_near, four_levels};
 
 #endif
