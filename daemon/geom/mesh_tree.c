@@ -272,6 +272,7 @@ static bool points_hold(const mesh *m, const mesh_node *n, int child, vec3 v)
 {
     vec3 at = vec_scale(v, 1 / m->unit);
     for (int k = 0; k < 27; k += 5) {
+        /* NOLINTNEXTLINE(bugprone-integer-division): the digits of k to the base of three */
         vec3 d = vec_unit(vec(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
         double top = -INFINITY;
         for (uint32_t i = n->first_point; i < n->first_point + n->points; i++) {
