@@ -1,6 +1,7 @@
 /* Nonsense over real links: refused by name to its sender, counted, and of no effect on anybody else. */
 #include "raw_dds.h"
 #include "rig.h"
+#include "wire/one_shape.h"
 #include "wire/wire_lcm.h"
 
 #include <arpa/inet.h>
@@ -45,34 +46,22 @@ static void assert_undisturbed(neighbour *n)
 /* ---- messages, each with one thing wrong ---- */
 
 enum { BODY = 3 }; /* the raw client's one good body, and its number */
-static const double pose[7] = {50, 0, 0, 1, 0, 0, 0}, size[3] = {0.5, 0.5, 0.5}, radius[1] = {0};
-static const double shape_pose[7] = {0, 0, 0, 1, 0, 0, 0};
-static const uint8_t box[1] = {WIRE_SHAPE_BOX};
-static const int64_t geometry[1] = {0};
+static const one_shape box = {
+    .pose = {50, 0, 0, 1}, .size = {0.5, 0.5, 0.5}, .in_body = {0, 0, 0, 1}, .type = {WIRE_SHAPE_BOX}};
 
 static wire_message body_message(const char *name)
 {
-    return (wire_message){.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .body = BODY,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, box},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, shape_pose},
-            .shape_geometries = {1, geometry}}};
+    return one_shape_body(&box, 0, 0, BODY, name);
 }
 
 static wire_message pose_message(void)
 {
     static const int32_t bodies[1] = {BODY};
     return (wire_message){.kind = WIRE_POSE_BATCH,
-        .pose_batch = {
-            .version = WIRE_VERSION, .bodies = {1, bodies}, .positions = {3, pose}, .orientations = {4, pose + 3}}};
+        .pose_batch = {.version = WIRE_VERSION,
+            .bodies = {1, bodies},
+            .positions = {3, box.pose},
+            .orientations = {4, box.pose + 3}}};
 }
 
 static wire_message nan_position(void)
