@@ -1,9 +1,9 @@
 /* Properties of contact manifolds. Axis and witnesses are given by construction (a face of A along +z, B's lowest
  * support point above or below it), so the oracle is the geometry of the case and not another narrow phase. */
+#include "geom/random_shapes.h"
 #include "geom/support.h"
 #include "narrow/contact/manifold.h"
 #include "narrow/narrow.h"
-#include "random_shapes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,8 +1,8 @@
 /* Properties of libccd behind its bridge. The oracle of a proposed axis is support_height_up: an axis that separates by
  * it separates; the oracle of an overlap is a common point of both shapes. */
+#include "geom/random_shapes.h"
 #include "geom/support.h"
 #include "narrow/ccd_bridge.h"
-#include "random_shapes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
