@@ -1,4 +1,5 @@
 /* Nonsense over real links: refused by name to its sender, counted, and of no effect on anybody else. */
+#include "base/prng.h"
 #include "raw_dds.h"
 #include "rig.h"
 #include "wire/one_shape.h"
@@ -290,14 +291,6 @@ static void lcm_send(lcm_sender *s, const char *channel, const void *data, size_
     if (s->number % AT_ONCE == 0) await_refusals(s);
 }
 
-static uint64_t splitmix64(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return z ^ (z >> 31);
-}
-
 /* Every cut of a good message. */
 static void send_truncated(lcm_sender *s, const uint8_t *bytes, size_t size)
 {
@@ -331,10 +324,10 @@ static void send_noise(lcm_sender *s)
         snprintf(channel, sizeof channel, "collided.in.%s", wire_kind_name(k));
         for (int i = 0; i < EACH; i++) {
             uint64_t words[64];
-            for (int w = 0; w < 64; w++) words[w] = splitmix64(&random);
+            for (int w = 0; w < 64; w++) words[w] = prng_bits(&random);
             uint64_t fingerprint = (uint64_t)wire_lcm_fingerprint(k);
             if (i % 2) words[0] = __builtin_bswap64(fingerprint);
-            lcm_send(s, channel, words, 8 + splitmix64(&random) % (sizeof words - 8));
+            lcm_send(s, channel, words, 8 + prng_bits(&random) % (sizeof words - 8));
         }
     }
 }
