@@ -36,7 +36,6 @@ collided_status session_fail(collided *c, collided_status status, const char *fo
 {
     va_list arguments;
     va_start(arguments, format);
-    /* clang-tidy 14 does not see va_start. NOLINTNEXTLINE(clang-analyzer-valist.Uninitialized) */
     (void)vsnprintf(c->error, sizeof c->error, format, arguments);
     va_end(arguments);
     return status;

@@ -34,7 +34,7 @@ metric *metrics_add(metrics *m, const char *name, const char *help)
     metric *added = base_zalloc(1, sizeof *added);
     added->name = base_strdup(name);
     added->help = help;
-    array_push(&m->list, added); /* NOLINT(bugprone-sizeof-expression): pointers are what it keeps */
+    array_push(&m->list, added);
     return added;
 }
 

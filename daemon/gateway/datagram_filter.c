@@ -86,8 +86,8 @@ static void require_fragment(program *p)
     add(p, BPF_LDX | BPF_MEM, CELL_COUNT);
     add(p, BPF_LD | BPF_H | BPF_ABS, AT_NUMBER);
     require(p, BPF_JGE | BPF_X, 0, false); /* number >= count */
-    add(p, BPF_ALU | BPF_ADD | BPF_K, 1);
-    add(p, BPF_JMP | BPF_JEQ | BPF_X, 0); /* the last one: the end is its share */
+    add(p, BPF_ALU | BPF_ADD | BPF_K, 1);  /* NOLINT(misc-redundant-expression): BPF_ADD and BPF_K are both 0 */
+    add(p, BPF_JMP | BPF_JEQ | BPF_X, 0);  /* the last one: the end is its share */
     size_t last = (size_t)p->count - 1;
     add(p, BPF_LD | BPF_MEM, CELL_PAYLOAD);
     add(p, BPF_ALU | BPF_MUL | BPF_X, 0);

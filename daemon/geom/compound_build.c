@@ -6,14 +6,15 @@
 #include "bounds.h"
 #include "hull.h"
 #include "round.h"
+#include "split.h"
 #include "support.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct item {
-    aabb box;
     double centre[3]; /* twice */
+    aabb box;
     uint32_t child;
 } item;
 
@@ -38,24 +39,7 @@ const char *compound_status_text(compound_status status)
 static int compare_children(const void *left, const void *right, void *axis)
 {
     const item *a = left, *b = right;
-    int k = *(int *)axis;
-    if (a->centre[k] != b->centre[k]) return a->centre[k] < b->centre[k] ? -1 : 1;
-    return (a->child > b->child) - (a->child < b->child);
-}
-
-static int longest_axis_of_children(const item *items, uint32_t count)
-{
-    int longest = 0;
-    double length = -1;
-    for (int k = 0; k < 3; k++) {
-        double lo = INFINITY, hi = -INFINITY;
-        for (uint32_t i = 0; i < count; i++) {
-            lo = fmin(lo, items[i].centre[k]);
-            hi = fmax(hi, items[i].centre[k]);
-        }
-        if (hi - lo > length) length = hi - lo, longest = k;
-    }
-    return longest;
+    return split_compare(a->centre, b->centre, *(int *)axis, a->child, b->child);
 }
 
 static uint32_t build_compound_node(compound *c, item *items, item_range r)
@@ -65,7 +49,7 @@ static uint32_t build_compound_node(compound *c, item *items, item_range r)
     for (uint32_t i = 1; i < r.count; i++) box = aabb_union(box, items[r.first + i].box);
     c->nodes[index] = (compound_node){box.lo, box.hi, 0, items[r.first].child};
     if (r.count == 1) return index;
-    int axis = longest_axis_of_children(items + r.first, r.count);
+    int axis = split_axis(items + r.first, r.count, sizeof *items);
     qsort_r(items + r.first, r.count, sizeof *items, compare_children, &axis);
     uint32_t half = (r.count + 1) / 2;
     build_compound_node(c, items, (item_range){r.first, half});
@@ -79,7 +63,7 @@ static void build_tree(compound *c)
     c->nodes = base_alloc(2 * (size_t)c->child_count - 1, sizeof *c->nodes);
     for (uint32_t i = 0; i < c->child_count; i++) {
         aabb b = shape_bounds(&c->children[i].shape, c->children[i].local);
-        items[i] = (item){b, {b.lo.x + b.hi.x, b.lo.y + b.hi.y, b.lo.z + b.hi.z}, i};
+        items[i] = (item){{b.lo.x + b.hi.x, b.lo.y + b.hi.y, b.lo.z + b.hi.z}, b, i};
     }
     build_compound_node(c, items, (item_range){0, c->child_count});
     free(items);

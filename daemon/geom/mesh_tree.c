@@ -8,6 +8,7 @@
 
 #include "base/array.h"
 #include "round.h"
+#include "split.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -30,30 +31,13 @@ typedef struct range {
 static int compare_by_centre(const void *left, const void *right, void *axis)
 {
     const item *a = left, *b = right;
-    int k = *(int *)axis;
-    if (a->centre[k] != b->centre[k]) return a->centre[k] < b->centre[k] ? -1 : 1;
-    return (a->triangle.source > b->triangle.source) - (a->triangle.source < b->triangle.source);
-}
-
-static int longest_axis_of_items(const item *items, uint32_t count)
-{
-    int longest = 0;
-    double length = -1;
-    for (int k = 0; k < 3; k++) {
-        double lo = INFINITY, hi = -INFINITY;
-        for (uint32_t i = 0; i < count; i++) {
-            lo = fmin(lo, items[i].centre[k]);
-            hi = fmax(hi, items[i].centre[k]);
-        }
-        if (hi - lo > length) length = hi - lo, longest = k;
-    }
-    return longest;
+    return split_compare(a->centre, b->centre, *(int *)axis, a->triangle.source, b->triangle.source);
 }
 
 /* The first half gets the larger share, and only full leaves: so there are as few nodes as can be. */
 static uint32_t split_in_half(builder *b, range r)
 {
-    int axis = longest_axis_of_items(b->items + r.first, r.count);
+    int axis = split_axis(b->items + r.first, r.count, sizeof *b->items);
     uint32_t leaves = (r.count + MESH_LEAF_MAX - 1) / MESH_LEAF_MAX;
     qsort_r(b->items + r.first, r.count, sizeof *b->items, compare_by_centre, &axis);
     return (leaves + 1) / 2 * MESH_LEAF_MAX;
@@ -272,6 +256,7 @@ static bool points_hold(const mesh *m, const mesh_node *n, int child, vec3 v)
 {
     vec3 at = vec_scale(v, 1 / m->unit);
     for (int k = 0; k < 27; k += 5) {
+        /* NOLINTNEXTLINE(bugprone-integer-division): the digits of k to the base of three */
         vec3 d = vec_unit(vec(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
         double top = -INFINITY;
         for (uint32_t i = n->first_point; i < n->first_point + n->points; i++) {

@@ -346,6 +346,7 @@ static bool parse_group(const char *url, char group[16], unsigned *port)
 {
     struct in_addr address;
     int end = 0;
+    /* NOLINTNEXTLINE(cert-err34-c): five digits are no overflow */
     return sscanf(url, "udpm://%15[0-9.]:%5u%n", group, port, &end) == 2 && (!url[end] || url[end] == '?') &&
            *port > 0 && *port <= UINT16_MAX && inet_pton(AF_INET, group, &address) == 1 &&
            IN_MULTICAST(ntohl(address.s_addr));

@@ -41,6 +41,7 @@ void collider_stand(const world *w, const collider *s, pose *body_pose, pose *lo
     *local = s->local;
     if (b->behind) return;
     pose is = collider_at(*body_pose, s);
+    /* NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): equal bits, as it was put */
     if (memcmp(&is, &s->world, sizeof is) == 0) return;
     *body_pose = s->world; /* it has teleported since */
     *local = POSE_IDENTITY;

@@ -430,7 +430,7 @@ uint64_t world_saved_layout(void)
         for (size_t n = 0; n < (list)->count; n++) used_count += (list)->at[n].used;                                   \
         bytes_put_count(to, used_count);                                                                               \
         for (uint32_t id = 0; id < (list)->count; id++)                                                                \
-            if ((list)->at[id].used) call;                                                                             \
+            if ((list)->at[id].used) (call);                                                                           \
     } while (0)
 
 static bool is_whole(const world *w, uint32_t a, uint32_t b)

@@ -1,13 +1,13 @@
 /* bench_depth: how well the depth of overlapping meshes is bracketed, and what that takes.
  *
- * Pairs of machine parts (tests/mesh/cad.h), placed at random until they overlap, by kind and together: the median and
- * the 90th percentile of (hi - lo) / |lo|, of all queries the share that is certain, and the median and the greatest
- * time. Beside them the deep and the shallow contact of two bumpy meshes of 5,000 triangles, and of one and a box:
- * `brief` is what a subscription to touch asks, `measured` the depth within 1e-6 of the size. --bodies N: pairs a kind.
- * One thread; each time is the least of three. */
+ * Pairs of machine parts (tests/narrow/cad.h), placed at random until they overlap, by kind and together: the median
+ * and the 90th percentile of (hi - lo) / |lo|, of all queries the share that is certain, and the median and the
+ * greatest time. Beside them the deep and the shallow contact of two bumpy meshes of 5,000 triangles, and of one and a
+ * box: `brief` is what a subscription to touch asks, `measured` the depth within 1e-6 of the size. --bodies N: pairs a
+ * kind. One thread; each time is the least of three. */
 #include "bench.h"
 
-#include "mesh/cad.h"
+#include "cad.h"
 #include "narrow/narrow.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* broad_scene: the scene and its motion, in whole numbers. One thread. */
 #include "broad_scene.h"
+#include "base/prng.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,26 +20,13 @@ static void *allocate(size_t count, size_t size)
 
 /* ---- random numbers: splitmix64 (Steele, Lea and Flood 2014) ---- */
 
-static uint64_t random_bits(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
-    z = (z ^ z >> 27) * 0x94d049bb133111eb;
-    return z ^ z >> 31;
-}
-
-static double random_in(uint64_t *state, double lo, double hi)
-{
-    return lo + (hi - lo) * (double)(random_bits(state) >> 11) * 0x1p-53;
-}
-
 /* ---- making ---- */
 
 static void random_direction(uint64_t *state, double d[3])
 {
     double length;
     do {
-        for (int k = 0; k < 3; k++) d[k] = random_in(state, -1, 1);
+        for (int k = 0; k < 3; k++) d[k] = prng_in(state, -1, 1);
         length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     } while (length > 1 || length < 0.1);
     for (int k = 0; k < 3; k++) d[k] /= length;
@@ -46,16 +34,16 @@ static void random_direction(uint64_t *state, double d[3])
 
 static int32_t random_half(uint64_t *state)
 {
-    return (int32_t)lround(exp(random_in(state, log(HALF_MIN), log(HALF_MAX))) / UNIT);
+    return (int32_t)lround(exp(prng_in(state, log(HALF_MIN), log(HALF_MAX))) / UNIT);
 }
 
 static void make_body(scene_body *b, uint64_t *state)
 {
     double direction[3];
-    b->sphere = random_bits(state) & 1;
+    b->sphere = prng_bits(state) & 1;
     for (int k = 0; k < 3; k++) b->half[k] = b->sphere && k ? b->half[0] : random_half(state);
     double size = 2 * ((double)b->half[0] + b->half[1] + b->half[2]) / 3;
-    double speed = size * random_in(state, SPEED_MIN, SPEED_MAX);
+    double speed = size * prng_in(state, SPEED_MIN, SPEED_MAX);
     random_direction(state, direction);
     for (int k = 0; k < 3; k++) b->velocity[k] = (int32_t)lround(speed * direction[k]);
 }
@@ -67,8 +55,8 @@ static double expected_neighbours(const scene *s, double side)
     double sum = 0;
     uint64_t state = SEED;
     for (int i = 0; i < DENSITY_SAMPLES; i++) {
-        const scene_body *a = &s->bodies[random_bits(&state) % s->count];
-        const scene_body *b = &s->bodies[random_bits(&state) % s->count];
+        const scene_body *a = &s->bodies[prng_bits(&state) % s->count];
+        const scene_body *b = &s->bodies[prng_bits(&state) % s->count];
         double probability = 1;
         for (int k = 0; k < 3; k++) {
             double r = fmin(1, (a->half[k] + b->half[k]) / side);
@@ -92,7 +80,7 @@ static int32_t side_for_one_neighbour(const scene *s)
 static void shuffle(uint32_t *order, size_t count, uint64_t *state)
 {
     for (size_t i = count; i > 1; i--) {
-        size_t j = random_bits(state) % i;
+        size_t j = prng_bits(state) % i;
         uint32_t other = order[j];
         order[j] = order[i - 1];
         order[i - 1] = other;
@@ -106,7 +94,7 @@ scene scene_create(size_t count)
     for (size_t i = 0; i < count; i++) make_body(&s.bodies[i], &state);
     s.side = side_for_one_neighbour(&s);
     for (size_t i = 0; i < count; i++)
-        for (int k = 0; k < 3; k++) s.bodies[i].centre[k] = (int32_t)(random_bits(&state) % ((uint64_t)s.side + 1));
+        for (int k = 0; k < 3; k++) s.bodies[i].centre[k] = (int32_t)(prng_bits(&state) % ((uint64_t)s.side + 1));
     for (size_t i = 0; i < count; i++) s.order[i] = (uint32_t)i;
     shuffle(s.order, count, &state);
     return s;

@@ -1,5 +1,6 @@
 /* impact_scene: random motions, drawn again until the truth is clear. */
 #include "impact_scene.h"
+#include "chance.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -23,38 +24,6 @@ const impact_kind impact_kinds[] = {
     {"rods 300-600 rad/s", NULL, {30, 60}, false, 0},
 };
 const size_t impact_kind_count = sizeof impact_kinds / sizeof *impact_kinds;
-
-/* ---- chance: splitmix64 ---- */
-
-typedef struct chance {
-    uint64_t x;
-} chance;
-
-static double uniform(chance *c, double lo, double hi)
-{
-    uint64_t z = c->x += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return lo + (hi - lo) * (double)((z ^ z >> 31) >> 11) * 0x1p-53;
-}
-
-static vec3 direction(chance *c)
-{
-    for (;;) {
-        vec3 v = vec(uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1));
-        double n = vec_norm2(v);
-        if (n > 0.01 && n < 1) return vec_unit(v);
-    }
-}
-
-static quat rotation(chance *c)
-{
-    for (;;) {
-        quat q = {uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)};
-        double n = quat_norm2(q);
-        if (n > 0.01 && n < 1) return quat_unit(q);
-    }
-}
 
 /* ---- motions ---- */
 
@@ -126,15 +95,16 @@ static double reach_of(const impact_item *item)
 /* B flies by A, or through it, at `aside` of the pair's reach, in one second; both turn. */
 static void fly(chance *c, const impact_kind *kind, double aside, impact_item *item)
 {
-    double reach = reach_of(item), far = uniform(c, 1.1, 2.5) * reach;
-    vec3 along = direction(c), away = vec_unit(vec_cross(along, direction(c))), common = vec_scale(direction(c), 3);
-    vec3 at = direction(c), from = vec_madd(vec_madd(at, -far, along), aside * reach, away);
-    vec3 spin_a = vec_scale(direction(c), uniform(c, kind->turn[0], kind->turn[1]));
-    vec3 spin_b = vec_scale(direction(c), uniform(c, kind->turn[0], kind->turn[1]));
-    vec3 linear = vec_madd(common, far + uniform(c, 0.2, 2) * reach, along);
+    double reach = reach_of(item), far = chance_in(c, 1.1, 2.5) * reach;
+    vec3 along = chance_direction(c), away = vec_unit(vec_cross(along, chance_direction(c))),
+         common = vec_scale(chance_direction(c), 3);
+    vec3 at = chance_direction(c), from = vec_madd(vec_madd(at, -far, along), aside * reach, away);
+    vec3 spin_a = vec_scale(chance_direction(c), chance_in(c, kind->turn[0], kind->turn[1]));
+    vec3 spin_b = vec_scale(chance_direction(c), chance_in(c, kind->turn[0], kind->turn[1]));
+    vec3 linear = vec_madd(common, far + chance_in(c, 0.2, 2) * reach, along);
     item->span = 1;
-    item->move_a = moving(at, rotation(c), common, spin_a);
-    item->move_b = moving(from, rotation(c), linear, spin_b);
+    item->move_a = moving(at, chance_rotation(c), common, spin_a);
+    item->move_b = moving(from, chance_rotation(c), linear, spin_b);
 }
 
 /* The passing by at which they just touch, halved down to; then a little to one side. */
@@ -147,7 +117,7 @@ static void graze(chance *c, const impact_kind *kind, impact_item *item)
         fly(c, kind, 0.5 * (lo + hi), item);
         *(truth_of(item).verdict == TRUTH_FREE ? &hi : &lo) = 0.5 * (lo + hi);
     }
-    double off = 1e-3 * pow(10, uniform(c, 0, 1)), side = uniform(c, -1, 1) < 0 ? lo - off : hi + off;
+    double off = 1e-3 * pow(10, chance_in(c, 0, 1)), side = chance_in(c, -1, 1) < 0 ? lo - off : hi + off;
     *c = seed;
     fly(c, kind, side, item);
     c->x ^= (uint64_t)(1e9 * off);
@@ -157,14 +127,14 @@ static void graze(chance *c, const impact_kind *kind, impact_item *item)
 static void spin(chance *c, const impact_kind *kind, impact_item *item)
 {
     double span = 0.1, reach = reach_of(item);
-    vec3 at = direction(c), from = vec_madd(at, uniform(c, 0.4, 1.1) * reach, direction(c));
-    quat qa = rotation(c), qb = rotation(c);
-    vec3 across_a = quat_rotate(qa, vec_unit(vec(uniform(c, -1, 1), 1, uniform(c, -0.3, 0.3))));
-    vec3 across_b = quat_rotate(qb, vec_unit(vec(uniform(c, -1, 1), 1, uniform(c, -0.3, 0.3))));
+    vec3 at = chance_direction(c), from = vec_madd(at, chance_in(c, 0.4, 1.1) * reach, chance_direction(c));
+    quat qa = chance_rotation(c), qb = chance_rotation(c);
+    vec3 across_a = quat_rotate(qa, vec_unit(vec(chance_in(c, -1, 1), 1, chance_in(c, -0.3, 0.3))));
+    vec3 across_b = quat_rotate(qb, vec_unit(vec(chance_in(c, -1, 1), 1, chance_in(c, -0.3, 0.3))));
     item->span = span;
-    item->move_a = moving(at, qa, VEC_ZERO, vec_scale(across_a, uniform(c, kind->turn[0], kind->turn[1]) / span));
-    item->move_b = moving(from, qb, vec_scale(direction(c), uniform(c, 0, 5)),
-        vec_scale(across_b, uniform(c, kind->turn[0], kind->turn[1]) / span));
+    item->move_a = moving(at, qa, VEC_ZERO, vec_scale(across_a, chance_in(c, kind->turn[0], kind->turn[1]) / span));
+    item->move_b = moving(from, qb, vec_scale(chance_direction(c), chance_in(c, 0, 5)),
+        vec_scale(across_b, chance_in(c, kind->turn[0], kind->turn[1]) / span));
 }
 
 /* ---- scenes ---- */
@@ -179,7 +149,7 @@ static void *allocate(size_t count, size_t size)
 static narrow_body random_rod(chance *c)
 {
     return (narrow_body){
-        .kind = KIND_BOX, .half = {uniform(c, 0.02, 0.05), uniform(c, 0.02, 0.05), uniform(c, 0.5, 1)}};
+        .kind = KIND_BOX, .half = {chance_in(c, 0.02, 0.05), chance_in(c, 0.02, 0.05), chance_in(c, 0.5, 1)}};
 }
 
 static const narrow_pair *pair_named(const char *name)
@@ -222,7 +192,7 @@ impact_scene impact_scene_create(const impact_kind *kind, size_t count)
         else if (kind->grazing)
             graze(&c, kind, item);
         else
-            fly(&c, kind, uniform(&c, 0, 0.9), item);
+            fly(&c, kind, chance_in(&c, 0, 0.9), item);
         s.truths[i] = truth_of(item);
         if (s.truths[i].verdict == TRUTH_UNCLEAR) continue;
         s.hits += s.truths[i].verdict == TRUTH_HIT;

@@ -1,6 +1,7 @@
 /* narrow_scene: random bodies, and where they are put. Ours measures where they touch; the truth comes later, from
  * elsewhere (narrow_truth.h). */
 #include "narrow_scene.h"
+#include "chance.h"
 
 #include "geom/compound.h"
 #include "geom/mesh.h"
@@ -32,38 +33,6 @@ const narrow_pair narrow_pairs[] = {
 };
 const size_t narrow_pair_count = sizeof narrow_pairs / sizeof *narrow_pairs;
 const char *const narrow_regime_names[REGIME_COUNT] = {"separated", "shallow", "deep"};
-
-/* ---- chance: splitmix64 ---- */
-
-typedef struct chance {
-    uint64_t x;
-} chance;
-
-static double uniform(chance *c, double lo, double hi)
-{
-    uint64_t z = c->x += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return lo + (hi - lo) * (double)((z ^ z >> 31) >> 11) * 0x1p-53;
-}
-
-static vec3 direction(chance *c)
-{
-    for (;;) {
-        vec3 v = vec(uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1));
-        double n = vec_norm2(v);
-        if (n > 0.01 && n < 1) return vec_unit(v);
-    }
-}
-
-static quat rotation(chance *c)
-{
-    for (;;) {
-        quat q = {uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)};
-        double n = quat_norm2(q);
-        if (n > 0.01 && n < 1) return quat_unit(q);
-    }
-}
 
 static quat turn(vec3 axis, double angle)
 {
@@ -108,7 +77,7 @@ static const narrow_polytope *random_polytope(chance *c, size_t points, const do
 {
     double *at = allocate(3 * points, sizeof *at);
     for (size_t i = 0; i < points; i++) {
-        vec3 v = direction(c);
+        vec3 v = chance_direction(c);
         at[3 * i] = half[0] * v.x, at[3 * i + 1] = half[1] * v.y, at[3 * i + 2] = half[2] * v.z;
     }
     hull *h;
@@ -168,7 +137,7 @@ static const narrow_polytope *bumpy_mesh(const double half[3])
 
 static pose random_pose(chance *c)
 {
-    return (pose){{uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)}, rotation(c)};
+    return (pose){{chance_in(c, -1, 1), chance_in(c, -1, 1), chance_in(c, -1, 1)}, chance_rotation(c)};
 }
 
 static narrow_place place_of(pose p)
@@ -184,7 +153,7 @@ static const narrow_parts *random_parts(chance *c)
     compound *built;
     for (int i = 0; i < NARROW_PARTS; i++) {
         parts->body[i] = (narrow_body){.kind = KIND_BOX};
-        for (int k = 0; k < 3; k++) parts->body[i].half[k] = uniform(c, 0.1, 0.33);
+        for (int k = 0; k < 3; k++) parts->body[i].half[k] = chance_in(c, 0.1, 0.33);
         at[i] = random_pose(c);
         parts->at[i] = place_of(at[i]);
         shapes[i] = narrow_scene_shape(&parts->body[i]);
@@ -209,9 +178,9 @@ static void make_thin(narrow_body *b, bool flat, double aspect)
 static narrow_body random_body(chance *c, narrow_kind kind, size_t points, double scale, double aspect)
 {
     narrow_body b = {.kind = kind};
-    for (int i = 0; i < 3; i++) b.half[i] = scale * uniform(c, 0.3, 1);
-    if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.radius = scale * uniform(c, 0.3, 1);
-    if (aspect != 1) make_thin(&b, uniform(c, 0, 1) < 0.5, aspect);
+    for (int i = 0; i < 3; i++) b.half[i] = scale * chance_in(c, 0.3, 1);
+    if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.radius = scale * chance_in(c, 0.3, 1);
+    if (aspect != 1) make_thin(&b, chance_in(c, 0, 1) < 0.5, aspect);
     if (kind == KIND_SPHERE) b.half[2] = 0;
     if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.half[0] = b.half[1] = 0;
     if (kind == KIND_CYLINDER || kind == KIND_CONE) b.half[1] = b.half[0];
@@ -292,7 +261,8 @@ static pose lying(const shape *a, const shape *b, const lie *l, narrow_regime re
 static lie random_lie(chance *c, narrow_regime regime)
 {
     static const double AMOUNTS[REGIME_COUNT][2] = {{0.05, 0.5}, {0.001, 0.02}, {0.1, 0.6}};
-    return (lie){rotation(c), direction(c), uniform(c, AMOUNTS[regime][0], AMOUNTS[regime][1]), false, 40};
+    return (lie){
+        chance_rotation(c), chance_direction(c), chance_in(c, AMOUNTS[regime][0], AMOUNTS[regime][1]), false, 40};
 }
 
 /* One track, or one item when `frames` is 1. */
@@ -301,7 +271,7 @@ static void fill_track(chance *c, const narrow_body *pair, narrow_regime regime,
     shape a = narrow_scene_shape(&pair[0]), b = narrow_scene_shape(&pair[1]);
     pose at_a = random_pose(c);
     lie l = random_lie(c, regime);
-    quat spin = turn(direction(c), 0.01), swing = turn(direction(c), 0.005);
+    quat spin = turn(chance_direction(c), 0.01), swing = turn(chance_direction(c), 0.005);
     for (size_t i = 0; i < frames; i++) {
         pose at_b = pose_mul(at_a, lying(&a, &b, &l, regime));
         at_b.q = quat_unit(at_b.q);
@@ -338,7 +308,7 @@ static lie extreme_lie(chance *c, narrow_regime regime, narrow_kind first, const
     if (!isnan(x->amount)) l.amount = x->amount;
     if (isnan(x->tilt)) return l;
     bool by_side = first == KIND_CAPSULE; /* axes are parallel side by side, faces one above the other */
-    l.q = turn(direction(c), x->tilt);
+    l.q = turn(chance_direction(c), x->tilt);
     l.towards = vec_unit(by_side ? vec(1, 0.1, 0.2) : vec(0.1, 0.2, 1));
     return l;
 }

@@ -1,4 +1,4 @@
-/* narrow_truth: the signed distance of each item in 113 bits, by the oracles of the tests (tests/oracle), which share
+/* narrow_truth: the signed distance of each item in 113 bits, by the oracles of the tests (tests/narrow/oracle), which share
  * no code with the engine. One thread.
  *
  * Gaps: bounds from both sides, closed to 1e-26. Depths of polytopes (and of what is one but for its radius): all

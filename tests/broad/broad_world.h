@@ -9,30 +9,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/prng.h"
 #include "broad/broad.h"
 #include "broad/broad_peek.h"
 
 #include <cmocka.h>
-
-typedef struct prng { /* splitmix64 (Steele, Lea and Flood 2014) */
-    uint64_t state;
-} prng;
-
-static inline uint64_t prng_next(prng *r)
-{
-    uint64_t z = (r->state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
-static inline uint32_t prng_below(prng *r, uint32_t bound)
-{
-    return (uint32_t)(prng_next(r) % bound);
-}
-static inline double prng_between(prng *r, double lo, double hi)
-{
-    return lo + (hi - lo) * ((double)(prng_next(r) >> 11) * 0x1p-53);
-}
 
 static inline vec3 random_vec(prng *r, double reach)
 {

@@ -4,6 +4,7 @@
  * know what they want, and nothing else; and nothing of it may have been refused. What is lost and when differs from
  * run to run. */
 #include "base/log.h"
+#include "base/prng.h"
 #include "cmocka_c.h"
 #include "link/link_memory.h"
 #include "message.h"
@@ -21,14 +22,6 @@
 
 enum { CLIENTS = 2, BODIES = 8, STREAMS = 3, FLYING_MAX = 1 << 14, ROUNDS = 4, OPERATIONS = 150 };
 static const double PATIENCE_S = 30;
-
-static uint64_t splitmix(uint64_t *state)
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
 
 /* ---- the network ---- */
 
@@ -59,7 +52,7 @@ static atomic_bool stormy;
 
 static bool chance(lossy *l, unsigned in_a_hundred)
 {
-    return stormy && splitmix(&l->random) % 100 < in_a_hundred;
+    return stormy && prng_bits(&l->random) % 100 < in_a_hundred;
 }
 
 static void put(flight *f, int64_t due_ns, wire_message *m)
@@ -73,7 +66,7 @@ static void take_off(lossy *l, flight *f, const wire_message *m)
     int64_t now = session_monotonic_ns();
     if (chance(l, 15)) return;
     for (int copies = chance(l, 15) ? 2 : 1; copies; copies--) {
-        int64_t delay_ms = chance(l, 50) ? (int64_t)(splitmix(&l->random) % (chance(l, 5) ? 200 : 20)) : 0;
+        int64_t delay_ms = chance(l, 50) ? (int64_t)(prng_bits(&l->random) % (chance(l, 5) ? 200 : 20)) : 0;
         put(f, now + delay_ms * NS_PER_MS, message_copy(m));
     }
 }
@@ -130,7 +123,7 @@ static transport *lossy_open(const transport_options *options, char *why, size_t
     (void)why_size;
     lossy *l = calloc(1, sizeof *l);
     l->head.ops = &lossy_ops;
-    l->random = splitmix(&seeds);
+    l->random = prng_bits(&seeds);
     pthread_mutex_init(&l->lock, NULL);
     l->end = memory_connect("cell");
     l->memory = wire_memory_create();
@@ -264,7 +257,7 @@ static uint64_t fate = 1;
 
 static unsigned draw(unsigned below)
 {
-    return (unsigned)(splitmix(&fate) % below);
+    return (unsigned)(prng_bits(&fate) % below);
 }
 
 static void hear(void *context, const collided_batch *b)

@@ -1,14 +1,7 @@
 /* The table holds what was put last under each key; the oracle is a plain array. */
+#include "base/prng.h"
 #include "cmocka_c.h"
 #include "table.h"
-
-static uint64_t splitmix64(uint64_t *state)
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
 
 enum { KEYS = 300, STEPS = 100000 };
 
@@ -20,7 +13,7 @@ static void finds_what_an_array_finds(void **state)
     table t = {0};
     uint64_t seed = 1;
     for (int step = 0; step < STEPS; step++) {
-        uint64_t r = splitmix64(&seed);
+        uint64_t r = prng_bits(&seed);
         size_t key = r % KEYS;
         int64_t wide = (int64_t)(key << 33 | key); /* keys that differ in high and low bits */
         if (r >> 32 & 1) {

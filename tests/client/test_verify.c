@@ -2,6 +2,7 @@
  *
  * The truth is made by construction: shapes are placed on both sides of a random plane by their support function, which
  * is found here by sampling-free closed forms in double, written for the test alone; the distance is then known. */
+#include "base/prng.h"
 #include "cmocka_c.h"
 
 #include <collided.h>
@@ -11,10 +12,7 @@
 static uint64_t seed = 20;
 static double uniform(double from, double to)
 {
-    uint64_t z = (seed += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return from + (to - from) * (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+    return prng_in(&seed, from, to);
 }
 
 enum { HULL_POINTS = 24, TYPES = COLLIDED_HULL + 1, ROUNDS = 40 };

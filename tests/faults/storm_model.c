@@ -1,5 +1,6 @@
 /* storm_model: bookkeeping by linear search; a storm has some hundred contacts at once. */
 #include "storm_model.h"
+#include "base/prng.h"
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -11,10 +12,7 @@ enum { IDS_MAX = 1 << 24, PARTS_MAX = 4, LINE_BITS = 16 /* of an epoch: how ofte
 
 uint64_t storm_random(uint64_t *state)
 {
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return z ^ (z >> 31);
+    return prng_bits(state);
 }
 
 /* ---- bodies and pairs as numbers ---- */

@@ -1,6 +1,8 @@
 /* Nonsense over real links: refused by name to its sender, counted, and of no effect on anybody else. */
+#include "base/prng.h"
 #include "raw_dds.h"
 #include "rig.h"
+#include "wire/one_shape.h"
 #include "wire/wire_lcm.h"
 
 #include <arpa/inet.h>
@@ -45,34 +47,22 @@ static void assert_undisturbed(neighbour *n)
 /* ---- messages, each with one thing wrong ---- */
 
 enum { BODY = 3 }; /* the raw client's one good body, and its number */
-static const double pose[7] = {50, 0, 0, 1, 0, 0, 0}, size[3] = {0.5, 0.5, 0.5}, radius[1] = {0};
-static const double shape_pose[7] = {0, 0, 0, 1, 0, 0, 0};
-static const uint8_t box[1] = {WIRE_SHAPE_BOX};
-static const int64_t geometry[1] = {0};
+static const one_shape box = {
+    .pose = {50, 0, 0, 1}, .size = {0.5, 0.5, 0.5}, .in_body = {0, 0, 0, 1}, .type = {WIRE_SHAPE_BOX}};
 
 static wire_message body_message(const char *name)
 {
-    return (wire_message){.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .body = BODY,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, box},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, shape_pose},
-            .shape_geometries = {1, geometry}}};
+    return one_shape_body(&box, 0, 0, BODY, name);
 }
 
 static wire_message pose_message(void)
 {
     static const int32_t bodies[1] = {BODY};
     return (wire_message){.kind = WIRE_POSE_BATCH,
-        .pose_batch = {
-            .version = WIRE_VERSION, .bodies = {1, bodies}, .positions = {3, pose}, .orientations = {4, pose + 3}}};
+        .pose_batch = {.version = WIRE_VERSION,
+            .bodies = {1, bodies},
+            .positions = {3, box.pose},
+            .orientations = {4, box.pose + 3}}};
 }
 
 static wire_message nan_position(void)
@@ -301,14 +291,6 @@ static void lcm_send(lcm_sender *s, const char *channel, const void *data, size_
     if (s->number % AT_ONCE == 0) await_refusals(s);
 }
 
-static uint64_t splitmix64(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return z ^ (z >> 31);
-}
-
 /* Every cut of a good message. */
 static void send_truncated(lcm_sender *s, const uint8_t *bytes, size_t size)
 {
@@ -342,10 +324,10 @@ static void send_noise(lcm_sender *s)
         snprintf(channel, sizeof channel, "collided.in.%s", wire_kind_name(k));
         for (int i = 0; i < EACH; i++) {
             uint64_t words[64];
-            for (int w = 0; w < 64; w++) words[w] = splitmix64(&random);
+            for (int w = 0; w < 64; w++) words[w] = prng_bits(&random);
             uint64_t fingerprint = (uint64_t)wire_lcm_fingerprint(k);
             if (i % 2) words[0] = __builtin_bswap64(fingerprint);
-            lcm_send(s, channel, words, 8 + splitmix64(&random) % (sizeof words - 8));
+            lcm_send(s, channel, words, 8 + prng_bits(&random) % (sizeof words - 8));
         }
     }
 }

@@ -3,24 +3,14 @@
 #ifndef COLLIDED_TESTS_RANDOM_SHAPES_H
 #define COLLIDED_TESTS_RANDOM_SHAPES_H
 
+#include "base/prng.h"
 #include "geom/hull.h"
 #include "geom/shape.h"
 
-static inline uint64_t random_bits(uint64_t *state)
-{
-    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-static inline double random_in(uint64_t *state, double lo, double hi)
-{
-    return lo + (hi - lo) * (double)(random_bits(state) >> 11) * 0x1p-53;
-}
 static inline vec3 random_vec(uint64_t *state, double most)
 {
-    double x = random_in(state, -most, most), y = random_in(state, -most, most);
-    return vec(x, y, random_in(state, -most, most));
+    double x = prng_in(state, -most, most), y = prng_in(state, -most, most);
+    return vec(x, y, prng_in(state, -most, most));
 }
 static inline vec3 random_unit(uint64_t *state)
 {
@@ -32,7 +22,7 @@ static inline vec3 random_unit(uint64_t *state)
 static inline quat random_rotation(uint64_t *state)
 {
     for (;;) {
-        quat q = {random_in(state, -1, 1), random_in(state, -1, 1), random_in(state, -1, 1), random_in(state, -1, 1)};
+        quat q = {prng_in(state, -1, 1), prng_in(state, -1, 1), prng_in(state, -1, 1), prng_in(state, -1, 1)};
         if (quat_norm2(q) > 0.01 && quat_norm2(q) < 1) return quat_unit(q);
     }
 }
@@ -50,7 +40,7 @@ static inline hull *random_hull(uint64_t *state, size_t count, double size, bool
     static _Thread_local vec3 points[RANDOM_POINTS_MAX];
     hull *h = NULL;
     for (size_t i = 0; i < count; i++)
-        points[i] = vec_scale(random_unit(state), shell ? size : size * random_in(state, 0.2, 1));
+        points[i] = vec_scale(random_unit(state), shell ? size : size * prng_in(state, 0.2, 1));
     return hull_build(&points[0].x, count, 0, &h) == HULL_OK ? h : NULL;
 }
 
@@ -59,12 +49,12 @@ static inline shape random_plain_shape(uint64_t *state, double size)
 {
     static const shape_type types[] = {
         SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ELLIPSOID};
-    shape s = {.type = types[random_bits(state) % 6]};
-    s.half = vec(random_in(state, 0.1, 1), random_in(state, 0.1, 1), random_in(state, 0.1, 1));
-    if (random_bits(state) % 8 == 0) s.half.z = 0;
+    shape s = {.type = types[prng_bits(state) % 6]};
+    s.half = vec(prng_in(state, 0.1, 1), prng_in(state, 0.1, 1), prng_in(state, 0.1, 1));
+    if (prng_bits(state) % 8 == 0) s.half.z = 0;
     if (s.type == SHAPE_CYLINDER || s.type == SHAPE_CONE) s.half.y = s.half.x;
     s.half = vec_scale(s.half, size);
-    s.radius = s.type == SHAPE_SPHERE || random_bits(state) % 2 ? random_in(state, 0, 0.5) * size : 0;
+    s.radius = s.type == SHAPE_SPHERE || prng_bits(state) % 2 ? prng_in(state, 0, 0.5) * size : 0;
     return s;
 }
 

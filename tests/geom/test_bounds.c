@@ -85,7 +85,7 @@ static void boxes_contain_their_hulls_and_are_tight(void **state)
     (void)state;
     uint64_t seed = 12;
     for (int i = 0; i < 40; i++) {
-        hull *h = random_hull(&seed, 4 + random_bits(&seed) % 100, i % 2 ? 1 : 1e-5, i % 3);
+        hull *h = random_hull(&seed, 4 + prng_bits(&seed) % 100, i % 2 ? 1 : 1e-5, i % 3);
         assert_non_null(h);
         shape s = {.type = SHAPE_HULL, .hull = h, .radius = i % 4 ? 0 : 0.1};
         check_box(&s, random_pose(&seed, 3), &seed);
@@ -100,7 +100,7 @@ static void a_quaternion_off_unit_widens_the_box_enough(void **state)
     shape s = {.type = SHAPE_BOX, .half = {1, 2, 3}};
     for (int i = 0; i < 1000; i++) {
         pose at = random_pose(&seed, 1);
-        double off = 1 + random_in(&seed, -1e-6, 1e-6);
+        double off = 1 + prng_in(&seed, -1e-6, 1e-6);
         at.q = (quat){at.q.w * off, at.q.x * off, at.q.y * off, at.q.z * off};
         aabb b = shape_bounds(&s, at);
         for (int k = 0; k < 8; k++) assert_contains(b, at, vec(k & 1 ? 1 : -1, k & 2 ? 2 : -2, k & 4 ? 3 : -3), 0);

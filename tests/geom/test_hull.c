@@ -107,7 +107,7 @@ static void points_on_a_sphere_obey_euler(void **state)
 static void shuffle(vec3 *points, size_t count, uint64_t *seed)
 {
     for (size_t i = count - 1; i > 0; i--) {
-        size_t j = random_bits(seed) % (i + 1);
+        size_t j = prng_bits(seed) % (i + 1);
         vec3 swap = points[i];
         points[i] = points[j];
         points[j] = swap;
@@ -178,7 +178,7 @@ static void scaling_by_a_power_of_two_scales_and_nothing_else(void **state)
     uint64_t seed = 24;
     for (int i = 0; i < 40; i++) {
         vec3 points[50], scaled[50];
-        int exponent = (int)(random_bits(&seed) % 980) - 490;
+        int exponent = (int)(prng_bits(&seed) % 980) - 490;
         for (int k = 0; k < 50; k++) {
             points[k] = random_vec(&seed, 1);
             scaled[k] = vec(ldexp(points[k].x, exponent), ldexp(points[k].y, exponent), ldexp(points[k].z, exponent));
@@ -248,10 +248,10 @@ static void flat_input_is_refused_at_any_scale(void **state)
     for (int i = 0; i < 200; i++) {
         vec3 points[30];
         pose at = random_pose(&seed, 1);
-        double size = pow(10, (int)(random_bits(&seed) % 240) - 120);
+        double size = pow(10, (int)(prng_bits(&seed) % 240) - 120);
         int dimension = i % 3;
         for (int k = 0; k < 30; k++) {
-            vec3 p = {random_in(&seed, -1, 1), dimension > 1 ? random_in(&seed, -1, 1) : 0, 0};
+            vec3 p = {prng_in(&seed, -1, 1), dimension > 1 ? prng_in(&seed, -1, 1) : 0, 0};
             points[k] = vec_scale(pose_point(at, dimension ? p : vec(1, 2, 3)), size);
         }
         assert_int_equal(status_of(points, 30, 0), HULL_FLAT);
@@ -370,7 +370,7 @@ static void float_meshes_are_hulls(void **state)
     for (int i = 0; i < 150; i++) {
         vec3 points[300];
         pose at = random_pose(&seed, 0.3);
-        double noise = pow(10, -(double)(random_bits(&seed) % 18));
+        double noise = pow(10, -(double)(prng_bits(&seed) % 18));
         for (int k = 0; k < 300; k++) {
             int layer = k / 100;
             double x = (float)(k % 10) / 9.0F, y = (float)(k / 10 % 10) / 9.0F, z = layer / 2.0;
@@ -495,7 +495,7 @@ static void the_validator_finds_damage(void **state)
 /* Points that lie on few planes or lines, or on curved surfaces; `noise`: share of the size by which they are off. */
 static vec3 hostile_point(int kind, size_t i, size_t n, double noise, uint64_t *seed)
 {
-    double f = 2 * M_PI * (double)i / (double)n, x = random_in(seed, -1, 1), y = random_in(seed, -1, 1);
+    double f = 2 * M_PI * (double)i / (double)n, x = prng_in(seed, -1, 1), y = prng_in(seed, -1, 1);
     double side = i & 1 ? 1 : -1, z = 1 - 2 * ((double)i + 0.5) / (double)n, off = 1 + noise * x;
     switch (kind) {
     case 0: /* two rings, the corners of one between those of the other */

@@ -71,7 +71,7 @@ static qvec truth_at(const motion *m, double time, vec3 point)
 static motion random_motion(uint64_t *state, double most_angle)
 {
     motion m = {random_pose(state, 10), random_vec(state, 20), VEC_ZERO};
-    if (random_bits(state) % 8) m.angular = vec_scale(random_unit(state), random_in(state, 0, most_angle));
+    if (prng_bits(state) % 8) m.angular = vec_scale(random_unit(state), prng_in(state, 0, most_angle));
     return m;
 }
 
@@ -83,7 +83,7 @@ static void poses_are_within_their_error(void **state)
     double worst = 0;
     for (int i = 0; i < MOTIONS; i++) {
         motion m = random_motion(&random, MOST[i % 6]);
-        double time = random_in(&random, 0, 1), reach = random_in(&random, 0.1, 5);
+        double time = prng_in(&random, 0, 1), reach = prng_in(&random, 0.1, 5);
         vec3 point = vec_scale(random_unit(&random), reach);
         pose p = motion_pose(&m, time);
         qvec got = q_add(rotated(p.q, wide(point)), wide(p.p));
@@ -114,9 +114,9 @@ static void between_two_poses_it_reaches_the_second(void **state)
     for (int i = 0; i < MOTIONS; i++) {
         pose from = random_pose(&random, 10), to = random_pose(&random, 10);
         if (i % 4 == 1) to.q = from.q;
-        if (i % 4 == 2) to.q = quat_unit(quat_mul((quat){1, 1e-9 * random_in(&random, -1, 1), 0, 1e-12}, from.q));
+        if (i % 4 == 2) to.q = quat_unit(quat_mul((quat){1, 1e-9 * prng_in(&random, -1, 1), 0, 1e-12}, from.q));
         if (i % 4 == 3) to.q = (quat){-to.q.w, -to.q.x, -to.q.y, -to.q.z};
-        double span = random_in(&random, 0.001, 10);
+        double span = prng_in(&random, 0.001, 10);
         motion m = motion_between(from, to, span);
         assert_true(vec_norm(m.angular) * span <= (double)pi() * (1 + 1e-15)); /* the shorter way */
         pose end = motion_pose(&m, span);

@@ -88,7 +88,7 @@ static void heights_of_hulls_are_never_below_the_truth(void **state)
     (void)state;
     uint64_t seed = 2;
     for (int i = 0; i < 40; i++) {
-        hull *h = random_hull(&seed, 4 + random_bits(&seed) % 200, pow(10, i % 13 - 6), i % 2);
+        hull *h = random_hull(&seed, 4 + prng_bits(&seed) % 200, pow(10, i % 13 - 6), i % 2);
         assert_non_null(h);
         shape s = {.type = SHAPE_HULL, .hull = h};
         for (int k = 0; k < 100; k++) assert_height_holds(&s, random_unit(&seed));
@@ -109,17 +109,17 @@ static void hints_never_change_the_vertex(void **state)
     (void)state;
     uint64_t seed = 3;
     for (int i = 0; i < 40; i++) {
-        hull *h = random_hull(&seed, i < 36 ? 4 + random_bits(&seed) % 60 : 1500, 1, true);
+        hull *h = random_hull(&seed, i < 36 ? 4 + prng_bits(&seed) % 60 : 1500, 1, true);
         assert_non_null(h);
         shape s = {.type = SHAPE_HULL, .hull = h};
         for (int k = 0; k < 200; k++) {
-            vec3 d = k % 4 ? random_unit(&seed) : h->faces[random_bits(&seed) % h->face_count].normal;
-            uint32_t hint = k % 5 ? (uint32_t)(random_bits(&seed) % h->vertex_count) : UINT32_MAX,
+            vec3 d = k % 4 ? random_unit(&seed) : h->faces[prng_bits(&seed) % h->face_count].normal;
+            uint32_t hint = k % 5 ? (uint32_t)(prng_bits(&seed) % h->vertex_count) : UINT32_MAX,
                      expected = scanned_vertex(h, d);
             vec3 warm = support_core(&s, d, &hint), cold = support_core(&s, d, NULL);
             assert_int_equal(hint, expected);
             assert_memory_equal(&warm, &cold, sizeof warm);
-            hint = (uint32_t)(random_bits(&seed) % h->vertex_count);
+            hint = (uint32_t)(prng_bits(&seed) % h->vertex_count);
             double up = support_height_up(&s, d, &hint);
             assert_int_equal(hint, expected);
             assert_true(up == support_height_up(&s, d, NULL));
@@ -172,7 +172,7 @@ static void spans_are_heights_both_ways(void **state)
     (void)state;
     uint64_t seed = 12;
     for (int i = 0; i < 300; i++) {
-        hull *h = random_hull(&seed, 4 + random_bits(&seed) % (i % 4 ? 60 : 800), ldexp(1, i % 90 - 45), true);
+        hull *h = random_hull(&seed, 4 + prng_bits(&seed) % (i % 4 ? 60 : 800), ldexp(1, i % 90 - 45), true);
         assert_non_null(h);
         shape shapes[] = {{.type = SHAPE_HULL, .hull = h}, {.type = SHAPE_CONE, .half = {1, 1, 2}},
             {.type = SHAPE_BOX, .half = {1, 2, 3}}};
@@ -205,7 +205,7 @@ static void every_width_of_the_scan_gives_the_same_vertex(void **state)
     uint64_t seed = 9;
     const vec3 odd[] = {{0, 0, 0}, {0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, -1, 0}, {1, 1, 1}, {NAN, 0, 1}};
     for (int i = 0; i < 300; i++) {
-        size_t count = 4 + random_bits(&seed) % (i % 3 ? 100 : 500);
+        size_t count = 4 + prng_bits(&seed) % (i % 3 ? 100 : 500);
         double size = i % 5 ? 1 : i % 2 ? 1e-140 : 1e140;
         hull *h = i % 4 ? random_hull(&seed, count, size, true) : prism(6 + 2 * (count % 90));
         assert_non_null(h);
@@ -214,7 +214,7 @@ static void every_width_of_the_scan_gives_the_same_vertex(void **state)
         for (int k = 0; k < 30; k++) {
             assert_widths_agree(h, random_unit(&seed));
             assert_widths_list_alike(h, random_unit(&seed), k % 3 ? 0.1 * (k % 4) * size : 0);
-            assert_widths_agree(h, h->faces[random_bits(&seed) % h->face_count].normal);
+            assert_widths_agree(h, h->faces[prng_bits(&seed) % h->face_count].normal);
         }
         hull_destroy(h);
     }
@@ -236,7 +236,7 @@ static void plateaus_do_not_hold_the_search_back(void **state)
         assert_int_equal(hull_build(&points->x, 200, 0, &h), HULL_OK);
         shape s = {.type = SHAPE_HULL, .hull = h};
         for (uint32_t f = 0; f < h->face_count; f++) {
-            uint32_t hint = (uint32_t)(random_bits(&seed) % h->vertex_count);
+            uint32_t hint = (uint32_t)(prng_bits(&seed) % h->vertex_count);
             support_core(&s, h->faces[f].normal, &hint);
             assert_int_equal(hint, scanned_vertex(h, h->faces[f].normal));
         }

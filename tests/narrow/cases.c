@@ -1,5 +1,6 @@
 /* cases: random shapes and pairs. */
 #include "cases.h"
+#include "base/prng.h"
 
 #include <stdlib.h>
 
@@ -9,10 +10,7 @@ static hull *hulls[CASE_HULLS], *lattice_hulls[LATTICE_HULLS];
 
 uint64_t random_bits(random_state *r)
 {
-    uint64_t z = r->x += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
+    return prng_bits(&r->x);
 }
 
 double random_unit(random_state *r)

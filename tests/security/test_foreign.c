@@ -2,6 +2,7 @@
  * effect, as long as the first one is alive. Over LCM nobody can be told apart. */
 #include "raw_dds.h"
 #include "rig.h"
+#include "wire/one_shape.h"
 #include "wire_dds/wire_dds.h"
 
 #include <dds/dds.h>
@@ -27,27 +28,14 @@ static collided *connect_as(int64_t id, double lease_s)
 
 /* ---- what a stranger might send ---- */
 
-static const double far_away[7] = {100, 0, 0, 1, 0, 0, 0}, size[3] = {0.5, 0.5, 0.5}, radius[1] = {0};
-static const double shape_pose[7] = {0, 0, 0, 1, 0, 0, 0};
-static const uint8_t box[1] = {WIRE_SHAPE_BOX};
-static const int64_t none[1] = {0};
+static const one_shape far_box = {
+    .pose = {100, 0, 0, 1}, .size = {0.5, 0.5, 0.5}, .in_body = {0, 0, 0, 1}, .type = {WIRE_SHAPE_BOX}};
 
 static wire_message a_body(int32_t body, uint8_t removed)
 {
-    return (wire_message){.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .body = body,
-            .removed = removed,
-            .name = "part",
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, far_away},
-            .shape_types = {1, box},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, shape_pose},
-            .shape_geometries = {1, none}}};
+    wire_message m = one_shape_body(&far_box, 0, 0, body, "part");
+    m.body.removed = removed;
+    return m;
 }
 
 static wire_message a_pose(const int32_t *body)
@@ -55,8 +43,8 @@ static wire_message a_pose(const int32_t *body)
     return (wire_message){.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION,
             .bodies = {1, body},
-            .positions = {3, far_away},
-            .orientations = {4, far_away + 3}}};
+            .positions = {3, far_box.pose},
+            .orientations = {4, far_box.pose + 3}}};
 }
 
 static wire_message an_subscription(int32_t subscription, uint8_t removed)

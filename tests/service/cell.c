@@ -3,6 +3,7 @@
 #include "base/log.h"
 #include "service/server.h"
 #include "service/service.h"
+#include "wire/one_shape.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -180,46 +181,18 @@ void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s,
 
 void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, double x)
 {
-    const double pose[7] = {x, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {1};
-    const uint8_t type[1] = {WIRE_SHAPE_SPHERE};
-    const int64_t none[1] = {0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = client,
-            .sequence = sequence,
-            .body = body,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, type},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, none}}};
+    one_shape s = one_shape_at(WIRE_SHAPE_SPHERE, x);
+    s.radius[0] = 1;
+    wire_message m = one_shape_body(&s, client, sequence, body, name);
     memory_send(e, &m);
 }
 
 void cell_body_of(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, uint8_t type,
     int64_t hash, double x)
 {
-    const double pose[7] = {x, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = client,
-            .sequence = sequence,
-            .body = body,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, &type},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, &hash}}};
+    one_shape s = one_shape_at(type, x);
+    s.geometry[0] = hash;
+    wire_message m = one_shape_body(&s, client, sequence, body, name);
     memory_send(e, &m);
 }
 

@@ -4,6 +4,7 @@
  * and holds which geometry, and what a client's limit counts. Driven tick by tick with a clock of its own. One thread.
  */
 #include "base/log.h"
+#include "base/prng.h"
 #include "cell.h"
 #include "service/commands.h"
 #include "service/geometries.h"
@@ -49,12 +50,9 @@ typedef struct play {
     long refused[WIRE_REASON_COUNT], shared, held, waiting, missing;
 } play;
 
-static uint64_t next(play *p) /* splitmix64 */
+static uint64_t next(play *p)
 {
-    uint64_t z = (p->random += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
+    return prng_bits(&p->random);
 }
 
 static uint32_t below(play *p, uint32_t n)

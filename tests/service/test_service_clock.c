@@ -6,6 +6,7 @@
 #include "service/recordings.h"
 #include "service/server.h"
 #include "service/service.h"
+#include "wire/one_shape.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,27 +30,12 @@ typedef struct rig {
 
 static void send_body(rig *r, int32_t number, const char *name, double x, int64_t deadline_ns)
 {
-    const double pose[7] = {x, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {1};
-    const uint8_t type[1] = {WIRE_SHAPE_SPHERE};
-    const int64_t none[1] = {0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = OWNER,
-            .sequence = ++r->sequence,
-            .body = number,
-            .motion = number == FIXED ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .deadline_ns = deadline_ns,
-            .stamp_ns = r->monotonic_ns + r->ahead_ns,
-            .pose = {7, pose},
-            .shape_types = {1, type},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, none}}};
+    one_shape s = one_shape_at(WIRE_SHAPE_SPHERE, x);
+    s.radius[0] = 1;
+    wire_message m = one_shape_body(&s, OWNER, ++r->sequence, number, name);
+    m.body.motion = number == FIXED ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING;
+    m.body.deadline_ns = deadline_ns;
+    m.body.stamp_ns = r->monotonic_ns + r->ahead_ns;
     memory_send(r->end, &m);
 }
 

@@ -1,6 +1,7 @@
 /* Height fields over the wire: in pieces, touched and explained, told again by a recording that begins in the middle;
  * what cannot be one is refused by name. */
 #include "cell.h"
+#include "wire/one_shape.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -93,23 +94,10 @@ static void send_small(room *r, uint8_t kind, const double *numbers, uint32_t co
 
 static void send_body(room *r, uint8_t type, int64_t hash)
 {
-    const double sizes[3] = {0, 0, 0}, radius = 0, pose[7] = {0, 0, 0, 1, 0, 0, 0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = ALICE,
-            .sequence = ++r->sequence,
-            .body = 100,
-            .name = "floor",
-            .group = "",
-            .motion = WIRE_MOTION_FIXED,
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, &type},
-            .shape_sizes = {3, sizes},
-            .shape_radii = {1, &radius},
-            .shape_poses = {7, pose},
-            .shape_geometries = {1, &hash}}};
+    one_shape s = one_shape_at(type, 0);
+    s.geometry[0] = hash;
+    wire_message m = one_shape_body(&s, ALICE, ++r->sequence, 100, "floor");
+    m.body.motion = WIRE_MOTION_FIXED;
     memory_send(r->alice, &m);
 }
 

@@ -120,25 +120,8 @@ static int64_t send_hull(room *r)
 static void send_body(room *r, int32_t body, int64_t hash)
 {
     char name[32];
-    const double pose[7] = {3.0 * body, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0}, none[3] = {0};
-    const uint8_t type[1] = {WIRE_SHAPE_HULL};
     snprintf(name, sizeof name, "body %d", (int)body);
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = ALICE,
-            .sequence = ++r->sequence,
-            .body = body,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, type},
-            .shape_sizes = {3, none},
-            .shape_radii = {1, none},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, &hash}}};
-    memory_send(r->end, &m);
+    cell_body_of(r->end, ALICE, ++r->sequence, body, name, WIRE_SHAPE_HULL, hash, 3.0 * body);
     pause_after_some(r);
 }
 

@@ -1,10 +1,12 @@
 /* Impacts, what is predicted, and teleports through the daemon: what several poses of one tick make of a way, which
  * poses are refused, and that all of it replays with the same hash for any number of workers. */
 #include "cell.h"
+#include "wire/one_shape.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sysexits.h>
 #include <unistd.h>
 
@@ -27,28 +29,14 @@ static void send_body(room *r, int32_t body, double x, const double half[3], dou
 {
     char name[16];
     snprintf(name, sizeof name, "body%d", (int)body);
-    const double pose[7] = {x, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0};
-    const uint8_t type[1] = {half[0] > 0 ? WIRE_SHAPE_BOX : WIRE_SHAPE_SPHERE};
-    const int64_t none[1] = {0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = ALICE,
-            .sequence = ++r->sequence,
-            .body = body,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .ccd = ccd,
-            .acceleration_m_s2 = 0.25 * body,
-            .angular_acceleration_rad_s2 = 0.125 * body,
-            .stamp_ns = START_NS,
-            .pose = {7, pose},
-            .shape_types = {1, type},
-            .shape_sizes = {3, half},
-            .shape_radii = {1, &radius},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, none}}};
+    one_shape s = one_shape_at(half[0] > 0 ? WIRE_SHAPE_BOX : WIRE_SHAPE_SPHERE, x);
+    memcpy(s.size, half, sizeof s.size);
+    s.radius[0] = radius;
+    wire_message m = one_shape_body(&s, ALICE, ++r->sequence, body, name);
+    m.body.ccd = ccd;
+    m.body.acceleration_m_s2 = 0.25 * body;
+    m.body.angular_acceleration_rad_s2 = 0.125 * body;
+    m.body.stamp_ns = START_NS;
     memory_send(r->alice, &m);
 }
 

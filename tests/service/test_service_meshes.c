@@ -72,23 +72,7 @@ static void send_piece(
 
 static void send_body(const room *r, int64_t sequence, uint8_t type, int64_t hash)
 {
-    const double sizes[3] = {0, 0, 0}, radius = 0, pose[7] = {0, 0, 0, 1, 0, 0, 0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = ALICE,
-            .sequence = sequence,
-            .body = 100,
-            .name = "floor",
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, &type},
-            .shape_sizes = {3, sizes},
-            .shape_radii = {1, &radius},
-            .shape_poses = {7, pose},
-            .shape_geometries = {1, &hash}}};
-    memory_send(r->alice, &m);
+    cell_body_of(r->alice, ALICE, sequence, 100, "floor", type, hash, 0);
 }
 
 static wire_event_batch await_event(room *r, uint8_t kind)

@@ -7,6 +7,7 @@
  * it, begun at any tick, replays equal. So it is, too, where slices cut the ticks, and geometry is built beside them.
  * One thread, but for those that build, and the workers. */
 #include "base/log.h"
+#include "base/prng.h"
 #include "cell.h"
 #include "peers.h"
 #include "service/builds.h"
@@ -99,12 +100,9 @@ typedef struct model {
     size_t begun, over, snapshots, heartbeats, causes[WIRE_CAUSE_TELEPORT + 1], lives, crashes;
 } model;
 
-static uint64_t next(model *m) /* splitmix64 */
+static uint64_t next(model *m)
 {
-    uint64_t z = (m->random += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
+    return prng_bits(&m->random);
 }
 
 static double uniform(model *m, double lo, double hi)

@@ -2,6 +2,7 @@
  * bring the same events, bit for bit, as long as the bodies have the same names. Only contacts may have other numbers.
  * The service is driven tick by tick with a clock of the test's own. One thread. */
 #include "base/log.h"
+#include "base/prng.h"
 #include "cell.h"
 #include "service/server.h"
 #include "service/service.h"
@@ -25,12 +26,9 @@ typedef struct race {
     size_t count;
 } race;
 
-static uint64_t next(race *r) /* splitmix64 */
+static uint64_t next(race *r)
 {
-    uint64_t z = (r->random += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
+    return prng_bits(&r->random);
 }
 
 static int64_t sequence_of(race *r, int64_t client)

@@ -1,6 +1,7 @@
 /* Poses that come late: by their sequence they are counted, by their stamp they are refused; what begins anew is
  * neither. */
 #include "cell.h"
+#include "wire/one_shape.h"
 
 #include <unistd.h>
 
@@ -103,27 +104,14 @@ static void a_pose_with_an_older_stamp_is_refused(void **state)
 /* As a client announces a body to which it gave no stamp; or with the stamp of its pose. */
 static void announce_at(room *r, int64_t stamp_ns, bool is_now)
 {
-    const double pose[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {1};
-    const uint8_t type[1] = {WIRE_SHAPE_SPHERE};
-    const int64_t none[1] = {0};
-    for (int32_t i = 0; i < 2; i++)
-        memory_send(r->alice, &(wire_message){.kind = WIRE_BODY,
-                                  .body = {.version = WIRE_VERSION,
-                                      .client = ALICE,
-                                      .sequence = ++r->sequence,
-                                      .body = i,
-                                      .name = i ? "b" : "a",
-                                      .group = "",
-                                      .category = 1,
-                                      .mask = -1,
-                                      .stamp_ns = stamp_ns,
-                                      .stamp_is_now = is_now,
-                                      .pose = {7, pose},
-                                      .shape_types = {1, type},
-                                      .shape_sizes = {3, size},
-                                      .shape_radii = {1, radius},
-                                      .shape_poses = {7, pose},
-                                      .shape_geometries = {1, none}}});
+    one_shape s = one_shape_at(WIRE_SHAPE_SPHERE, 0);
+    s.radius[0] = 1;
+    for (int32_t i = 0; i < 2; i++) {
+        wire_message m = one_shape_body(&s, ALICE, ++r->sequence, i, i ? "b" : "a");
+        m.body.stamp_ns = stamp_ns;
+        m.body.stamp_is_now = is_now;
+        memory_send(r->alice, &m);
+    }
 }
 
 /* Poses are by a simulator's clock, or have been on their way. From the first one on stamps order them, and so does a

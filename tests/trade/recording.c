@@ -1,5 +1,6 @@
 #include "recording.h"
 
+#include "wire/one_shape.h"
 #include "wire/wire_log.h"
 
 #include <math.h>
@@ -8,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -31,26 +33,14 @@ static void put_body(wire_log_writer *w, int64_t *sequence, int32_t i)
 {
     char name[16];
     const bool ground = SHAPES[i].type == WIRE_SHAPE_HALFSPACE;
-    const double pose[7] = {i < STANDING ? 1.5 * i : -3, 0, ground ? -0.4 : i < STANDING ? 0 : 5, 1, 0, 0, 0};
-    const double local[7] = {0, 0, 0, 1, 0, 0, 0};
-    const int64_t none[1] = {0};
+    one_shape s = one_shape_at(SHAPES[i].type, i < STANDING ? 1.5 * i : -3);
+    s.pose[2] = ground ? -0.4 : i < STANDING ? 0 : 5;
+    memcpy(s.size, SHAPES[i].size, sizeof s.size);
+    s.radius[0] = SHAPES[i].radius;
     snprintf(name, sizeof name, "body%d", i);
-    put(w, (wire_message){.kind = WIRE_BODY,
-               .body = {.version = WIRE_VERSION,
-                   .client = CLIENT,
-                   .sequence = ++*sequence,
-                   .body = i,
-                   .name = name,
-                   .group = "",
-                   .motion = i < STANDING ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING,
-                   .category = 1,
-                   .mask = -1,
-                   .pose = {7, pose},
-                   .shape_types = {1, &SHAPES[i].type},
-                   .shape_sizes = {3, SHAPES[i].size},
-                   .shape_radii = {1, &SHAPES[i].radius},
-                   .shape_poses = {7, local},
-                   .shape_geometries = {1, none}}});
+    wire_message m = one_shape_body(&s, CLIENT, ++*sequence, i, name);
+    m.body.motion = i < STANDING ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING;
+    put(w, m);
 }
 
 static void put_poses(wire_log_writer *w, int64_t *sequence, int tick, const recording *r)

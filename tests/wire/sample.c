@@ -1,6 +1,7 @@
 /* Numbers come from all magnitudes that are allowed, texts are UTF-8 of one to four bytes a character, and any array
  * that may be empty sometimes is. */
 #include "sample.h"
+#include "base/prng.h"
 
 #include "wire/wire_extensions.h"
 
@@ -11,10 +12,7 @@ enum { ALL = 1 << 20 };
 
 uint64_t sample_next(sampler *s)
 {
-    uint64_t z = (s->random += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
+    return prng_bits(&s->random);
 }
 
 uint32_t sample_below(sampler *s, uint32_t bound)

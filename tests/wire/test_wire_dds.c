@@ -1,5 +1,6 @@
 /* Messages of every kind through Cyclone itself: encoded, written, taken, decoded, and the same as before. One
  * participant on loopback, without multicast: nothing leaves the process. */
+#include "one_participant.h"
 #include "sample.h"
 
 #include "wire_dds/wire_dds.h"
@@ -24,10 +25,7 @@ static dds_entity_t participant;
 static int start(void **state)
 {
     (void)state;
-    char config[4096];
-    if (!wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY)) return -1;
-    if (dds_create_domain(DOMAIN, config) < 0) return -1;
-    participant = dds_create_participant(DOMAIN, NULL, NULL);
+    participant = one_participant(DOMAIN);
     return participant > 0 ? 0 : -1;
 }
 

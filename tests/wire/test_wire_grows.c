@@ -5,6 +5,7 @@
 #include "../faults/raw_dds.h"
 #include "../faults/rig.h"
 #include "later.h"
+#include "wire/one_shape.h"
 #include "wire/wire_extensions.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
@@ -151,23 +152,11 @@ static uint32_t put_record(uint8_t *at, uint32_t id, uint32_t length)
 
 static wire_message ball(int32_t body, const char *name, wire_u8s extensions)
 {
-    static const double pose[7] = {9, 9, 9, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {0.5}, in_body[7] = {0, 0, 0, 1};
-    static const uint8_t sphere[1] = {WIRE_SHAPE_SPHERE};
-    static const int64_t geometry[1] = {0};
-    return (wire_message){.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .body = body,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, sphere},
-            .shape_sizes = {3, size},
-            .shape_radii = {1, radius},
-            .shape_poses = {7, in_body},
-            .shape_geometries = {1, geometry},
-            .extensions = extensions}};
+    static const one_shape sphere = {
+        .pose = {9, 9, 9, 1}, .radius = {0.5}, .in_body = {0, 0, 0, 1}, .type = {WIRE_SHAPE_SPHERE}};
+    wire_message m = one_shape_body(&sphere, 0, 0, body, name);
+    m.body.extensions = extensions;
+    return m;
 }
 
 static wire_message pose(double x, wire_u8s extensions)

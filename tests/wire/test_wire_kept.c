@@ -1,6 +1,7 @@
 /* Messages as the first release with extensions wrote them, over LCM and over DDS, byte by byte (v1/messages.txt): each
  * later release reads them, and writes those of LCM again as they are. The file is never written anew: test_wire_kept
  * record FILE makes that of a later release. */
+#include "one_participant.h"
 #include "sample.h"
 
 #include "wire_dds/wire_dds.h"
@@ -26,10 +27,7 @@ static dds_entity_t participant;
 static int start(void **state)
 {
     (void)state;
-    char config[4096];
-    if (!wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY)) return -1;
-    if (dds_create_domain(DOMAIN, config) < 0) return -1;
-    participant = dds_create_participant(DOMAIN, NULL, NULL);
+    participant = one_participant(DOMAIN);
     return participant > 0 ? 0 : -1;
 }
 

@@ -1,6 +1,7 @@
 /* What a calm body is spared changes no answer: two worlds under the same random commands, in one of which a
  * subscription that nobody matches keeps every body from being calm (it asks for bounds, so that all that moves is
  * looked at), tell the same events with the same bits, and answer queries alike, between ticks, too. */
+#include "base/prng.h"
 #include "scene.h"
 
 #include <math.h>
@@ -10,19 +11,6 @@
 enum { BODIES = 40, CALM = 0, AWAKE = 1, WORLDS = 2, POSES_MOST = 4 };
 static const int64_t TICK_NS = SECOND / 100;
 static const double ROOM = 4; /* m, the cube in which they are */
-
-static uint64_t next(uint64_t *state) /* splitmix64 */
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
-
-static double uniform(uint64_t *state, double lo, double hi)
-{
-    return lo + (hi - lo) * (double)(next(state) >> 11) * 0x1p-53;
-}
 
 typedef struct run {
     world *w[WORLDS];
@@ -35,13 +23,13 @@ typedef struct run {
 
 static vec3 anywhere(run *r, double most)
 {
-    return vec(uniform(&r->random, -most, most), uniform(&r->random, -most, most), uniform(&r->random, -most, most));
+    return vec(prng_in(&r->random, -most, most), prng_in(&r->random, -most, most), prng_in(&r->random, -most, most));
 }
 
 static void put(run *r, size_t i)
 {
     char name[16];
-    vec3 beside = next(&r->random) % 2 ? anywhere(r, 0.3) : VEC_ZERO;
+    vec3 beside = prng_bits(&r->random) % 2 ? anywhere(r, 0.3) : VEC_ZERO;
     world_shape shapes[2] = {{.shape = {.type = SHAPE_BOX, .half = {0.2, 0.3, 0.1}}, .local = {beside, {1, 0, 0, 0}}},
         {.shape = {.type = SHAPE_SPHERE, .radius = 0.2}, .local = POSE_IDENTITY}};
     snprintf(name, sizeof name, "b%zu", i);
@@ -65,11 +53,11 @@ static void put(run *r, size_t i)
 /* Mostly a little, so that fat boxes hold; sometimes far. */
 static pose further(run *r, size_t i)
 {
-    double step = next(&r->random) % 16 ? 0.01 : next(&r->random) % 4 ? 0.2 : 2;
+    double step = prng_bits(&r->random) % 16 ? 0.01 : prng_bits(&r->random) % 4 ? 0.2 : 2;
     pose to = r->at[i];
     to.p = vec_add(to.p, anywhere(r, step));
     to.p = vec(fmin(fmax(to.p.x, -ROOM), ROOM), fmin(fmax(to.p.y, -ROOM), ROOM), fmin(fmax(to.p.z, -ROOM), ROOM));
-    if (next(&r->random) % 2) {
+    if (prng_bits(&r->random) % 2) {
         vec3 turn = anywhere(r, step);
         to.q = quat_unit((quat){to.q.w + 0.1 * turn.x, to.q.x + turn.y, to.q.y + turn.z, to.q.z});
     }
@@ -82,9 +70,9 @@ static void move_some(run *r, int64_t stamp_ns)
     uint32_t ids[BODIES], left_out[BODIES];
     double positions[3 * BODIES], orientations[4 * BODIES], linear[3 * BODIES];
     size_t count = 0;
-    bool told = next(&r->random) % 8 == 0;
+    bool told = prng_bits(&r->random) % 8 == 0;
     for (size_t i = 0; i < BODIES; i++) {
-        if (next(&r->random) % 4 == 0) continue;
+        if (prng_bits(&r->random) % 4 == 0) continue;
         pose to = further(r, i);
         vec3 v = anywhere(r, 1);
         memcpy(positions + 3 * count, &to.p, sizeof to.p);
@@ -104,11 +92,11 @@ static void move_some(run *r, int64_t stamp_ns)
 
 static void do_something_else(run *r)
 {
-    size_t i = next(&r->random) % BODIES;
+    size_t i = prng_bits(&r->random) % BODIES;
     world_subscription impacts = scene_all(WORLD_IMPACT | WORLD_PREDICT, 0);
     impacts.horizon = 0.1;
     impacts.select_a = "b*";
-    uint64_t what = next(&r->random) % 16;
+    uint64_t what = prng_bits(&r->random) % 16;
     pose nearby = r->at[i];
     nearby.p.x += 0.01;
     for (int k = 0; k < WORLDS; k++) {
@@ -132,7 +120,7 @@ static void do_something_else(run *r)
 
 static void ask(run *r)
 {
-    uint32_t a = r->ids[next(&r->random) % BODIES];
+    uint32_t a = r->ids[prng_bits(&r->random) % BODIES];
     world_hits hits[WORLDS][2] = {0};
     for (int k = 0; k < WORLDS; k++) {
         world_query_nearest_to(r->w[k], a, 3, 4, 0, r->now_ns, &hits[k][0]);
@@ -189,8 +177,8 @@ static void calm_changes_nothing(void **state)
     }
     tick_both(&r);
     for (int t = 0; t < ticks; t++) {
-        uint64_t times = 1 + next(&r.random) % POSES_MOST;
-        for (uint64_t k = 0; k < times; k++) move_some(&r, next(&r.random) % 8 ? r.now_ns + (int64_t)k : 0);
+        uint64_t times = 1 + prng_bits(&r.random) % POSES_MOST;
+        for (uint64_t k = 0; k < times; k++) move_some(&r, prng_bits(&r.random) % 8 ? r.now_ns + (int64_t)k : 0);
         do_something_else(&r);
         if (t % 3 == 0) ask(&r);
         tick_both(&r);

@@ -1,6 +1,7 @@
 /* The dial: how far a pair is looked into follows from what is asked, and from the budget of a tick. Whatever the dial
  * says, what was told last of a pair contains the truth, nothing that touches is missed, and the events are the same
  * for any number of workers, with caches and without. */
+#include "base/prng.h"
 #include "geom/compound.h"
 #include "geom/hull.h"
 #include "geom/mesh.h"
@@ -13,19 +14,6 @@
 
 enum { BODIES = 33, KINDS = 10 };
 static const int64_t TICK_NS = SECOND / 100;
-
-static uint64_t next(uint64_t *state) /* splitmix64 */
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
-
-static double uniform(uint64_t *state, double lo, double hi)
-{
-    return lo + (hi - lo) * (double)(next(state) >> 11) * 0x1p-53;
-}
 
 /* ---- a scene of all kinds of shapes ---- */
 
@@ -67,7 +55,7 @@ static hull *make_stone(void)
 {
     double points[3 * 20];
     uint64_t random = 3;
-    for (int i = 0; i < 60; i++) points[i] = uniform(&random, -0.3, 0.3);
+    for (int i = 0; i < 60; i++) points[i] = prng_in(&random, -0.3, 0.3);
     hull *h;
     assert_int_equal(hull_build(points, 20, 0, &h), HULL_OK);
     return h;
@@ -91,7 +79,7 @@ static shape make_shape(run *r, int i)
     static const shape_type TYPES[KINDS] = {SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE,
         SHAPE_ELLIPSOID, SHAPE_COMPOUND, SHAPE_BOX, SHAPE_HULL, SHAPE_MESH};
     shape s = {.type = i ? TYPES[i % KINDS] : SHAPE_HALFSPACE};
-    double x = uniform(&r->random, 0.1, 0.4), y = uniform(&r->random, 0.1, 0.4), z = uniform(&r->random, 0.1, 0.4);
+    double x = prng_in(&r->random, 0.1, 0.4), y = prng_in(&r->random, 0.1, 0.4), z = prng_in(&r->random, 0.1, 0.4);
     if (s.type == SHAPE_SPHERE || s.type == SHAPE_CAPSULE) s.radius = x;
     if (s.type == SHAPE_CAPSULE) s.half.z = z;
     if (s.type == SHAPE_BOX || s.type == SHAPE_ELLIPSOID) s.half = vec(x, y, z);
@@ -123,15 +111,15 @@ static void put(run *r, int i)
 static void move(run *r, double step)
 {
     for (int i = 1; i < BODIES; i++) {
-        if (next(&r->random) % 8 == 0) continue;
-        vec3 by = vec(uniform(&r->random, -1, 1), uniform(&r->random, -1, 1), uniform(&r->random, -1, 1));
+        if (prng_bits(&r->random) % 8 == 0) continue;
+        vec3 by = vec(prng_in(&r->random, -1, 1), prng_in(&r->random, -1, 1), prng_in(&r->random, -1, 1));
         vec3 to = vec_madd(r->at[i].p, step, by);
         r->at[i].p = vec_max(vec_min(to, vec(1.2, 1.2, 1.2)), vec(-1.2, -1.2, -1.2));
         quat q = r->at[i].q;
         q.x += step * by.y;
         q.z += step * by.x;
         r->at[i].q = quat_unit(q);
-        bool jumps = next(&r->random) % 400 == 0;
+        bool jumps = prng_bits(&r->random) % 400 == 0;
         (jumps ? world_teleport_body : world_move_body)(r->w, r->ids[i], r->at[i], 0, NULL, NULL);
     }
 }
@@ -148,7 +136,7 @@ static void begin(run *r, const world_options *options, const world_subscription
     for (int i = 0; i < BODIES; i++) {
         r->shapes[i] = make_shape(r, i);
         r->at[i] = POSE_IDENTITY;
-        r->at[i].p = vec(uniform(&r->random, -1, 1), uniform(&r->random, -1, 1), uniform(&r->random, -1, 1));
+        r->at[i].p = vec(prng_in(&r->random, -1, 1), prng_in(&r->random, -1, 1), prng_in(&r->random, -1, 1));
         if (i == 0) r->at[i].p = vec(0, 0, -1);
         put(r, i);
     }

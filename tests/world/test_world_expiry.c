@@ -1,4 +1,5 @@
 /* Deadlines: a body is stale exactly when a plain model says so, whatever moves, holds, redefines and removes it. */
+#include "base/prng.h"
 #include "scene.h"
 
 #include <stdio.h>
@@ -10,14 +11,6 @@ typedef struct model { /* of one body, by the words of world.h alone */
     bool alive, held;
     int64_t deadline_ns, since_ns;
 } model;
-
-static uint64_t next(uint64_t *state) /* splitmix64 */
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
 
 static void put(world *w, model *m, int number, int64_t deadline_ns, int64_t now_ns)
 {
@@ -78,8 +71,8 @@ static void a_body_is_stale_exactly_past_its_deadline_or_while_it_is_held(void *
     world_batches out;
     for (int t = 0; t < TICKS; t++) {
         for (int c = 0; c < 3; c++) {
-            int i = (int)(next(&random) % BODIES);
-            command(w, &bodies[i], i, next(&random), now);
+            int i = (int)(prng_bits(&random) % BODIES);
+            command(w, &bodies[i], i, prng_bits(&random), now);
         }
         world_tick(w, now, &out);
         size_t stale = 0;
@@ -91,7 +84,7 @@ static void a_body_is_stale_exactly_past_its_deadline_or_while_it_is_held(void *
         for (int i = 0; i < BODIES; i++) /* nobody's deadline passes before the next tick is due */
             if (bodies[i].alive && bodies[i].deadline_ns && !is_stale(&bodies[i], now))
                 assert_true(due - bodies[i].since_ns <= bodies[i].deadline_ns);
-        now += 1 + (int64_t)(next(&random) % 8);
+        now += 1 + (int64_t)(prng_bits(&random) % 8);
     }
     assert_true(seen > TICKS);
     world_destroy(w);

@@ -2,6 +2,7 @@
  * and went before, and asked for by subscriptions in another order, bring the same events, bit for bit: ids, which
  * follow from the order of announcement, only decide in which order the events of a tick are told and how contacts are
  * numbered. Many shapes are equal to others, so that nothing but their names tells which of a pair is A. */
+#include "base/prng.h"
 #include "scene.h"
 
 #include "geom/compound.h"
@@ -14,19 +15,6 @@
 
 enum { BODIES = 44, KINDS = 11, SHAPES_MAX = 3, SUBSCRIPTIONS = 9, LINE = 1400, QUERIES = 7 };
 static const int64_t STEP_NS = 20000000;
-
-static uint64_t next(uint64_t *r) /* splitmix64 */
-{
-    uint64_t z = (*r += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
-
-static double uniform(uint64_t *r, double lo, double hi)
-{
-    return lo + (hi - lo) * (double)(next(r) >> 11) * 0x1p-53;
-}
 
 /* ---- shapes: each kind is there four times, of one size ---- */
 
@@ -41,7 +29,7 @@ static int make_shapes(void **state)
     (void)state;
     uint64_t r = 3;
     double points[60];
-    for (int i = 0; i < 60; i++) points[i] = uniform(&r, -0.3, 0.3);
+    for (int i = 0; i < 60; i++) points[i] = prng_in(&r, -0.3, 0.3);
     assert_int_equal(hull_build(points, 20, 0, &made.rock), HULL_OK);
     static const double TENT[] = {-.3, -.3, 0, .3, -.3, 0, .3, .3, 0, -.3, .3, 0, 0, 0, .4, 0, 0, .1};
     static const int32_t SIDES[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4, 1, 0, 5, 2, 1, 5, 3, 2, 5, 0, 3, 5};
@@ -286,16 +274,16 @@ static void begin(run *r, const plan *p)
     *r = (run){.w = world_create(&o), .now_ns = 1000000000};
     uint64_t random = 17;
     for (int i = 0; i < BODIES; i++) {
-        r->at[i] = vec(uniform(&random, -1.4, 1.4), uniform(&random, -1.4, 1.4), uniform(&random, -0.8, 0.8));
+        r->at[i] = vec(prng_in(&random, -1.4, 1.4), prng_in(&random, -1.4, 1.4), prng_in(&random, -0.8, 0.8));
         bool lattice = i % 3 == 0; /* parallel to each other, and at rest: what several features decide alike */
         if (lattice) r->at[i] = vec(round(2 * r->at[i].x) / 2, round(2 * r->at[i].y) / 2, round(2 * r->at[i].z) / 2);
         r->turned[i] = lattice ? (quat){1, 0, 0, 0}
-                               : quat_unit((quat){uniform(&random, -1, 1), uniform(&random, -1, 1),
-                                     uniform(&random, -1, 1), uniform(&random, -1, 1)});
+                               : quat_unit((quat){prng_in(&random, -1, 1), prng_in(&random, -1, 1),
+                                     prng_in(&random, -1, 1), prng_in(&random, -1, 1)});
         r->velocity[i] =
-            lattice ? VEC_ZERO : vec(uniform(&random, -2, 2), uniform(&random, -2, 2), uniform(&random, -1, 1));
+            lattice ? VEC_ZERO : vec(prng_in(&random, -2, 2), prng_in(&random, -2, 2), prng_in(&random, -1, 1));
         r->spin[i] =
-            lattice ? VEC_ZERO : vec(uniform(&random, -2, 2), uniform(&random, -2, 2), uniform(&random, -2, 2));
+            lattice ? VEC_ZERO : vec(prng_in(&random, -2, 2), prng_in(&random, -2, 2), prng_in(&random, -2, 2));
         r->ids[i] = WORLD_NONE;
     }
     for (int n = 0; n < BODIES; n++) {
@@ -331,7 +319,7 @@ static void move(run *r, uint64_t *random)
 {
     const double dt = 1e-9 * (double)STEP_NS;
     for (int i = 0; i < BODIES; i++) {
-        if (next(random) % 6 == 0) continue; /* says nothing now */
+        if (prng_bits(random) % 6 == 0) continue; /* says nothing now */
         double *p = &r->at[i].x, *v = &r->velocity[i].x;
         for (int k = 0; k < 3; k++) {
             p[k] += v[k] * dt;
@@ -346,21 +334,21 @@ static void move(run *r, uint64_t *random)
         int64_t stamp = r->now_ns + STEP_NS / 2;
         bool given = i % 5 != 1;
         const vec3 *linear = given ? &r->velocity[i] : NULL, *spin = given ? &r->spin[i] : NULL;
-        if (next(random) % 64 == 0)
+        if (prng_bits(random) % 64 == 0)
             assert_int_equal(world_teleport_body(r->w, r->ids[i], to, stamp, linear, spin), WORLD_OK);
         else
             assert_int_equal(world_move_body(r->w, r->ids[i], to, stamp, linear, spin), WORLD_OK);
     }
-    int i = (int)(next(random) % BODIES);
-    bool other = next(random) % 2;
-    if (next(random) % 2) put(r, i, other); /* perhaps with other shapes, and where it is */
-    if (next(random) % 8 == 0) {
-        i = (int)(next(random) % BODIES);
+    int i = (int)(prng_bits(random) % BODIES);
+    bool other = prng_bits(random) % 2;
+    if (prng_bits(random) % 2) put(r, i, other); /* perhaps with other shapes, and where it is */
+    if (prng_bits(random) % 8 == 0) {
+        i = (int)(prng_bits(random) % BODIES);
         world_remove_body(r->w, r->ids[i], CAUSE_REMOVED);
         r->ids[i] = WORLD_NONE;
         put(r, i, false);
     }
-    if (next(random) % 8 == 0) world_hold_body(r->w, r->ids[next(random) % BODIES]);
+    if (prng_bits(random) % 8 == 0) world_hold_body(r->w, r->ids[prng_bits(random) % BODIES]);
 }
 
 /* ---- the same ---- */
@@ -401,15 +389,15 @@ static void same(const run *a, const run *b, int64_t *number_in_b, int step)
 static plan shuffled(uint64_t *r)
 {
     plan p;
-    for (int i = 0; i < BODIES; i++) p.bodies[i] = i, p.came_before[i] = next(r) % 3 == 0;
+    for (int i = 0; i < BODIES; i++) p.bodies[i] = i, p.came_before[i] = prng_bits(r) % 3 == 0;
     for (int i = 0; i < SUBSCRIPTIONS; i++) p.subscriptions[i] = i;
     for (int i = BODIES - 1; i > 0; i--) {
-        int k = (int)(next(r) % (uint64_t)(i + 1)), was = p.bodies[i];
+        int k = (int)(prng_bits(r) % (uint64_t)(i + 1)), was = p.bodies[i];
         p.bodies[i] = p.bodies[k];
         p.bodies[k] = was;
     }
     for (int i = SUBSCRIPTIONS - 1; i > 0; i--) {
-        int k = (int)(next(r) % (uint64_t)(i + 1)), was = p.subscriptions[i];
+        int k = (int)(prng_bits(r) % (uint64_t)(i + 1)), was = p.subscriptions[i];
         p.subscriptions[i] = p.subscriptions[k];
         p.subscriptions[k] = was;
     }

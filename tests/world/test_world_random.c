@@ -1,6 +1,7 @@
 /* A world under random commands: each id begins once and ends once; contacts equal those of all pairs asked one by one;
  * whatever the sampled ways show to meet has its impact; the same events for any number of workers, with caches and
  * without. */
+#include "base/prng.h"
 #include "scene.h"
 
 #include <math.h>
@@ -11,19 +12,6 @@ enum { BODIES = 40, SUBSCRIPTIONS = 7, IDS_MAX = 1 << 22, OPERATIONS_A_TICK = 5,
 enum { IMPACTS = 4, BOUNDS = 6 }; /* the subscriptions in them */
 static const int64_t TICK_NS = SECOND / 100;
 static const double PADDING = 0.2, MARGIN = 0.3; /* m, of one of the rules */
-
-static uint64_t next(uint64_t *state) /* splitmix64 */
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
-
-static double uniform(uint64_t *state, double lo, double hi)
-{
-    return lo + (hi - lo) * (double)(next(state) >> 11) * 0x1p-53;
-}
 
 typedef struct mirror { /* what a subscriber knows from events alone */
     uint8_t begun[IDS_MAX], ended[IDS_MAX], unknown[IDS_MAX];
@@ -83,13 +71,13 @@ static const world_subscription TERMS[SUBSCRIPTIONS] = {
 static shape random_shape(uint64_t *r)
 {
     static const shape_type TYPES[] = {SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER};
-    shape s = {.type = TYPES[next(r) % 4], .radius = 0};
-    if (s.type == SHAPE_SPHERE || s.type == SHAPE_CAPSULE) s.radius = uniform(r, 0.1, 0.5);
-    if (s.type == SHAPE_CAPSULE) s.half.z = uniform(r, 0.1, 0.5);
-    if (s.type == SHAPE_BOX) s.half = vec(uniform(r, 0.1, 0.5), uniform(r, 0.1, 0.5), uniform(r, 0.1, 0.5));
+    shape s = {.type = TYPES[prng_bits(r) % 4], .radius = 0};
+    if (s.type == SHAPE_SPHERE || s.type == SHAPE_CAPSULE) s.radius = prng_in(r, 0.1, 0.5);
+    if (s.type == SHAPE_CAPSULE) s.half.z = prng_in(r, 0.1, 0.5);
+    if (s.type == SHAPE_BOX) s.half = vec(prng_in(r, 0.1, 0.5), prng_in(r, 0.1, 0.5), prng_in(r, 0.1, 0.5));
     if (s.type == SHAPE_CYLINDER) {
-        s.half.x = s.half.y = uniform(r, 0.1, 0.5);
-        s.half.z = uniform(r, 0.1, 0.5);
+        s.half.x = s.half.y = prng_in(r, 0.1, 0.5);
+        s.half.z = prng_in(r, 0.1, 0.5);
     }
     return s;
 }
@@ -133,8 +121,8 @@ static bool is_half_a_turn(quat a, quat b)
 
 static void move(run *r, int i, bool teleports)
 {
-    uint64_t velocity = next(&r->random) % 4;
-    vec3 linear = vec(uniform(&r->random, -1, 1), uniform(&r->random, -1, 1), uniform(&r->random, -1, 1));
+    uint64_t velocity = prng_bits(&r->random) % 4;
+    vec3 linear = vec(prng_in(&r->random, -1, 1), prng_in(&r->random, -1, 1), prng_in(&r->random, -1, 1));
     vec3 angular = vec_scale(linear, 0.5);
     const vec3 *v = velocity ? NULL : &linear, *spin = velocity ? NULL : &angular;
     r->stamps[i] = r->now_ns;
@@ -151,26 +139,26 @@ static void move(run *r, int i, bool teleports)
 
 static void random_pose(run *r, int i, double step)
 {
-    vec3 by = vec(uniform(&r->random, -step, step), uniform(&r->random, -step, step), uniform(&r->random, -step, step));
+    vec3 by = vec(prng_in(&r->random, -step, step), prng_in(&r->random, -step, step), prng_in(&r->random, -step, step));
     r->at[i].p = vec_max(vec_min(vec_add(r->at[i].p, by), vec(1.5, 1.5, 1.5)), vec(-1.5, -1.5, -1.5));
     quat q = r->at[i].q;
-    q.x += uniform(&r->random, -step, step);
-    q.y += uniform(&r->random, -step, step);
+    q.x += prng_in(&r->random, -step, step);
+    q.y += prng_in(&r->random, -step, step);
     r->at[i].q = quat_unit(q);
 }
 
 static void random_command(run *r)
 {
-    int i = (int)(next(&r->random) % BODIES);
+    int i = (int)(prng_bits(&r->random) % BODIES);
     bool teleports = false;
-    switch (next(&r->random) % 64) {
+    switch (prng_bits(&r->random) % 64) {
     case 0:
         if (r->alive[i]) world_remove_body(r->w, r->ids[i], CAUSE_REMOVED);
         r->alive[i] = false;
         return;
     case 1:
         r->shapes[i] = random_shape(&r->random);
-        r->ccd[i] = (world_ccd)(next(&r->random) % 3);
+        r->ccd[i] = (world_ccd)(prng_bits(&r->random) % 3);
         put(r, i);
         return;
     case 2: {

@@ -35,6 +35,7 @@ static bool each_socket(
         while (fgets(line, sizeof line, f)) {
             unsigned port;
             unsigned long inode;
+            /* NOLINTNEXTLINE(cert-err34-c): the kernel's own numbers */
             if (sscanf(line, " %*u: %*[0-9A-F]:%4X %*s %*s %*s %*s %*s %*s %*s %lu", &port, &inode) == 2)
                 each(context, port, inode);
         }

@@ -1,4 +1,4 @@
-/* fit_cost: what tests/bench/results/pareto.md says of separated pairs at an error of at most 1e-6 (cold; tests/fit
+/* fit_cost: what tests/bench/results/pareto.md says of separated pairs at an error of at most 1e-6 (cold; tests/loaders
  * holds this table against it): sphere-sphere 49 ns, capsule-capsule 86, box-box 366, cylinder-cylinder 1,060, cone-box
  * 1,100, ellipsoid-ellipsoid 457, hull16 585, hull64 847, hull256 2,140, mesh-mesh 36,800 at 5,000 triangles each; and
  * 40 to keep a pair that is far apart (coherent). Rounding costs nothing. Between and beyond the sizes measured: hulls

@@ -143,7 +143,7 @@ void fit_gap_find(fit_cloud a, fit_cloud b, const double start[3], double enough
         if (out->hi - out->lo <= enough || out->lo > goal) return;
         double w[3];
         sub3(a.at + 3 * i, b.at + 3 * k, w);
-        for (int c = 0; c < s.count; c++)
+        for (int c = 0; c < s.count; c++) /* NOLINTNEXTLINE(*-suspicious-memory-comparison): the very same point */
             if (memcmp(s.w[c], w, sizeof w) == 0) return; /* as near as rounding lets it come */
         memcpy(s.w[s.count++], w, sizeof w);
         if (!reduce(&s, v)) {

@@ -14,8 +14,11 @@ bool route_group(const char *url, struct sockaddr_in *group)
 {
     char address[64];
     unsigned port;
+    int end = 0;
     *group = (struct sockaddr_in){.sin_family = AF_INET};
-    if (sscanf(url, "udpm://%63[0-9.]:%u", address, &port) != 2 || port > 65535) return false;
+    /* NOLINTNEXTLINE(cert-err34-c): five digits are no overflow */
+    if (sscanf(url, "udpm://%63[0-9.]:%5u%n", address, &port, &end) != 2 || port > 65535) return false;
+    if (url[end] && url[end] != '?') return false; /* what follows a '?' is liblcm's */
     group->sin_port = htons((uint16_t)port);
     return inet_pton(AF_INET, address, &group->sin_addr) == 1;
 }

@@ -1,16 +1,14 @@
 #include "elementary_sets.h"
+#include "base/prng.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-uint64_t elementary_random(uint64_t *state) /* splitmix64 */
+uint64_t elementary_random(uint64_t *state)
 {
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
-    z = (z ^ z >> 27) * 0x94d049bb133111eb;
-    return z ^ z >> 31;
+    return prng_bits(state);
 }
 
 static double uniform(uint64_t *s) /* -1 .. 1 */

@@ -1,8 +1,8 @@
 /* Properties of libccd behind its bridge. The oracle of a proposed axis is support_height_up: an axis that separates by
  * it separates; the oracle of an overlap is a common point of both shapes. */
+#include "geom/random_shapes.h"
 #include "geom/support.h"
 #include "narrow/ccd_bridge.h"
-#include "random_shapes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -23,13 +23,13 @@ static double gap_along(const shape *a, const shape *b, const transform *t, vec3
 static shape random_solid(uint64_t *seed, double size, hull **owned)
 {
     *owned = NULL;
-    uint64_t kind = random_bits(seed) % 3;
+    uint64_t kind = prng_bits(seed) % 3;
     if (kind == 0) *owned = random_hull(seed, 20, size, true);
     if (*owned) return (shape){.type = SHAPE_HULL, .hull = *owned};
-    vec3 half = vec(random_in(seed, 0.2, 1) * size, 0, random_in(seed, 0.2, 1) * size);
-    half.y = kind == 1 ? random_in(seed, 0.2, 1) * size : half.x;
+    vec3 half = vec(prng_in(seed, 0.2, 1) * size, 0, prng_in(seed, 0.2, 1) * size);
+    half.y = kind == 1 ? prng_in(seed, 0.2, 1) * size : half.x;
     return (shape){
-        .type = kind == 1 ? SHAPE_BOX : SHAPE_CYLINDER, .half = half, .radius = random_bits(seed) % 2 ? 0.1 * size : 0};
+        .type = kind == 1 ? SHAPE_BOX : SHAPE_CYLINDER, .half = half, .radius = prng_bits(seed) % 2 ? 0.1 * size : 0};
 }
 
 static void axes_of_misses_separate_at_any_scale(void **state)
@@ -64,7 +64,7 @@ static void scaling_by_a_power_of_two_changes_nothing_else(void **state)
     for (int i = 0; i < 500; i++) {
         shape a = random_plain_shape(&seed, 1), b = random_plain_shape(&seed, 1);
         transform t = pose_transform(random_pose(&seed, 1));
-        double scale = ldexp(1, (int)(random_bits(&seed) % 400) - 200);
+        double scale = ldexp(1, (int)(prng_bits(&seed) % 400) - 200);
         shape scaled_a = a, scaled_b = b;
         scaled_a.half = vec_scale(a.half, scale);
         scaled_a.radius *= scale;
@@ -141,8 +141,8 @@ static void the_iteration_limit_ends_every_call(void **state)
     uint64_t seed = 45;
     int ended = 0;
     for (int i = 0; i < 60; i++) {
-        shape a = {.type = SHAPE_SPHERE, .radius = random_in(&seed, 0.1, 1)}, b = a;
-        b.radius = random_in(&seed, 0.1, 1);
+        shape a = {.type = SHAPE_SPHERE, .radius = prng_in(&seed, 0.1, 1)}, b = a;
+        b.radius = prng_in(&seed, 0.1, 1);
         transform t = pose_transform(POSE_IDENTITY);
         ccd_proposal out;
         ccd_bridge_gjk(&a, &b, &t, random_unit(&seed), &out);

@@ -1,9 +1,9 @@
 /* Properties of contact manifolds. Axis and witnesses are given by construction (a face of A along +z, B's lowest
  * support point above or below it), so the oracle is the geometry of the case and not another narrow phase. */
+#include "geom/random_shapes.h"
 #include "geom/support.h"
 #include "narrow/contact/manifold.h"
 #include "narrow/narrow.h"
-#include "random_shapes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -145,14 +145,14 @@ static void edges_that_are_almost_parallel_touch_only_where_they_cross(void **st
     int stretches = 0, points = 0;
     for (int i = 0; i < 2000; i++) {
         uint64_t seed = (uint64_t)i;
-        double radius = i % 4 ? 0 : 0.01, gap = pow(10, random_in(&seed, -12, -3)) * (i % 3 - 1);
+        double radius = i % 4 ? 0 : 0.01, gap = pow(10, prng_in(&seed, -12, -3)) * (i % 3 - 1);
         shape a = box_of(1, 0.02, 0.02), b = box_of(0.5, 0.03, 0.03);
         a.radius = radius;
         quat lean = turned(vec(1, 0, 0), PI / 4); /* an edge of either along x is on top */
-        quat turn = turned(UP, pow(10, random_in(&seed, -9, -2.1)) * (i % 2 ? 1 : -1));
+        quat turn = turned(UP, pow(10, prng_in(&seed, -9, -2.1)) * (i % 2 ? 1 : -1));
         vec3 up = quat_rotate(quat_conj(lean), UP), top = vec_scale(up, 0.02 * sqrt(2));
         pose at = {vec(0, 0, 0.05 * sqrt(2) + radius + gap), quat_mul(turn, lean)};
-        vec3 along = vec_scale(quat_rotate(turn, vec(1, 0, 0)), random_in(&seed, -0.9, 0.9));
+        vec3 along = vec_scale(quat_rotate(turn, vec(1, 0, 0)), prng_in(&seed, -0.9, 0.9));
         at.p = vec_add(at.p, along); /* the edges still cross above the middle of A's, or beyond an end of B's */
         pose in_a = {quat_rotate(quat_conj(lean), at.p), quat_mul(quat_conj(lean), at.q)};
         transform t = pose_transform(in_a);
@@ -243,10 +243,10 @@ static void a_tilted_cylinder_touches_at_the_lowest_point_of_its_rim(void **stat
     shape a = box_of(2, 2, 1), b = cylinder_of(0.5, 1);
     uint64_t seed = 31;
     for (int i = 0; i < 200; i++) {
-        quat tilt = quat_mul(turned(UP, random_in(&seed, 0, 6)), turned(vec(1, 0, 0), random_in(&seed, 0.02, 0.6)));
+        quat tilt = quat_mul(turned(UP, prng_in(&seed, 0, 6)), turned(vec(1, 0, 0), prng_in(&seed, 0.02, 0.6)));
         manifold m;
         double distance =
-            build_above(&a, 1, &b, (pose){{0, 0, 2.1}, quat_mul(tilt, turned(UP, random_in(&seed, 0, 6)))}, 1, &m);
+            build_above(&a, 1, &b, (pose){{0, 0, 2.1}, quat_mul(tilt, turned(UP, prng_in(&seed, 0, 6)))}, 1, &m);
         assert_true(m.count >= 2 && m.count <= 4);
         assert_true(fabs(deepest(&m) - distance) < 1e-6);
     }
@@ -312,7 +312,7 @@ static void points_lie_within_both_features_and_reach_the_witness(void **state)
               b = h ? (shape){.type = SHAPE_HULL, .hull = h} : box_of(0.5 * size, 0.4 * size, 0.3 * size);
         if (i % 5 == 0) b.radius = 0.1 * size;
         pose at = random_pose(&seed, size);
-        if (i % 4 == 0) at.q = quat_unit((quat){1, random_in(&seed, -1e-3, 1e-3), random_in(&seed, -1e-3, 1e-3), 0});
+        if (i % 4 == 0) at.q = quat_unit((quat){1, prng_in(&seed, -1e-3, 1e-3), prng_in(&seed, -1e-3, 1e-3), 0});
         at.p.z = 2 * size;
         double threshold = 2 * size;
         manifold m;

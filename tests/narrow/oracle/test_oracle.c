@@ -1,4 +1,5 @@
 /* The oracle against truths in closed form, and its two methods against each other. */
+#include "base/prng.h"
 #include "oracle/oracle.h"
 
 #include <stdarg.h>
@@ -37,17 +38,9 @@ static void assert_near(quad found, quad expected, quad tolerance)
     if (!(q_abs(found - expected) <= tolerance)) fail_msg("%.20g, not %.20g", (double)found, (double)expected);
 }
 
-static uint64_t next_bits(uint64_t *state) /* splitmix64 (Steele, Lea, Flood 2014) */
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
-    z = (z ^ z >> 27) * 0x94d049bb133111eb;
-    return z ^ z >> 31;
-}
-
 static double uniform(uint64_t *state)
 {
-    return (double)(next_bits(state) >> 11) * 0x1p-52 - 1;
+    return (double)(prng_bits(state) >> 11) * 0x1p-52 - 1;
 }
 
 static void random_pose(uint64_t *state, oracle_body *body, double reach)

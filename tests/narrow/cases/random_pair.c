@@ -1,14 +1,12 @@
 /* random_pair: reproducible pairs for relations that hold for every pair. */
 #include "random_pair.h"
+#include "base/prng.h"
 
 #include <stdlib.h>
 
 uint64_t random_bits(uint64_t *state)
 {
-    uint64_t z = *state += 0x9e3779b97f4a7c15;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
-    z = (z ^ z >> 27) * 0x94d049bb133111eb;
-    return z ^ z >> 31;
+    return prng_bits(state);
 }
 
 double random_uniform(uint64_t *state, double lo, double hi)
