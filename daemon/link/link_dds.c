@@ -351,10 +351,20 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
         expiry, user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 
+/* Who has not heard all asks for it when there is a heartbeat, and those of Cyclone are rare (wire_dds_qos.c). */
+void link_dds_await(dds_entity_t writer, int64_t until_ns)
+{
+    enum { AGAIN_MS = 50 };
+    for (int64_t left; (left = until_ns - clock_monotonic_ns()) > 0;) {
+        if (dds_wait_for_acks(writer, left < DDS_MSECS(AGAIN_MS) ? left : DDS_MSECS(AGAIN_MS)) != DDS_RETCODE_TIMEOUT)
+            return;
+        (void)dds_assert_liveliness(writer); /* Cyclone's only way to send a heartbeat now */
+    }
+}
+
 static void wait_for(const writer *w, int64_t until)
 {
-    int64_t left = until - clock_monotonic_ns();
-    if (w->entity > 0) dds_wait_for_acks(w->entity, left > 0 ? left : 0);
+    if (w->entity > 0) link_dds_await(w->entity, until);
 }
 
 /* The last words of the daemon (ends of streams, status) may still be under way. */

@@ -140,6 +140,9 @@ void link_dds_drop_waiting(link_dds *l); /* before the domain is left */
 void link_dds_stream_open(struct link *head, const char *name);
 void link_dds_stream_close(struct link *head, const char *name);
 
+/* Until the readers of that writer have all that was flushed, or until then (monotonic); what was lost is said again. */
+void link_dds_await(dds_entity_t writer, int64_t until_ns);
+
 /* NULL: not open. */
 stream *link_dds_stream_find(const link_dds *l, const char *name);
 

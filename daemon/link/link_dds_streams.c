@@ -154,11 +154,16 @@ static stream *stream_create(link_dds *l, const char *name)
     return s;
 }
 
-/* Cyclone waits until the readers of a writer have acknowledged what was flushed, for a second at most: a reader that
- * was killed never does. */
+static const int64_t STREAM_LAST_WORDS_NS = 1000000000;
+
+/* Cyclone waits until the readers of a writer have acknowledged what was flushed, for a second at most (a reader that was
+ * killed never does), and does not say again meanwhile what was lost: so before that, we do. */
 static void stream_destroy(stream *s)
 {
-    if (s->own.entity > 0) dds_delete(s->own.entity);
+    if (s->own.entity > 0) {
+        link_dds_await(s->own.entity, clock_monotonic_ns() + STREAM_LAST_WORDS_NS);
+        dds_delete(s->own.entity);
+    }
     free(s->name);
     free(s);
 }
