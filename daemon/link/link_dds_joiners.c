@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 enum { LISTEN_AGAIN_MS = 500 /* the other daemon of a pair may have ended */, BACKLOG = 4096 };
+static const int64_t NS_PER_MS = 1000000;
 
 static int open_socket(uint32_t domain)
 {
@@ -96,26 +97,46 @@ static joiner *next_of(joiners *t)
     return first;
 }
 
-static void give(joiners *t)
+typedef struct turns_given {
+    unsigned joining; /* turns that are not over */
+    int64_t alone_ns; /* until then the last one is to be alone */
+    int64_t over_ns;  /* when the first one will have taken too long; INT64_MAX: there is none */
+} turns_given;
+
+static turns_given look(const joiners *t)
 {
-    unsigned joining = 0;
-    for (unsigned i = 0; i < t->count; i++) joining += t->at[i].until_ns != 0;
-    for (joiner *one; joining < JOINERS_AT_ONCE && (one = next_of(t)); joining++) {
-        one->until_ns = clock_monotonic_ns() + JOINERS_MS * INT64_C(1000000);
-        t->last_user = one->user;
-        say(one->fd, WIRE_DDS_TURN_COME);
-        metric_count(t->given, 1);
+    turns_given g = {.over_ns = INT64_MAX};
+    for (unsigned i = 0; i < t->count; i++) {
+        int64_t until = t->at[i].until_ns, alone = until - JOINERS_MS * NS_PER_MS + JOINERS_ALONE_MS * NS_PER_MS;
+        if (!until) continue;
+        g.joining++;
+        if (until < g.over_ns) g.over_ns = until;
+        if (alone > g.alone_ns) g.alone_ns = alone;
     }
-    metric_set(t->waiting, t->count - joining);
+    return g;
 }
 
-/* Until the next turn is over, ms. */
+static void give(joiners *t)
+{
+    turns_given g = look(t);
+    int64_t now = clock_monotonic_ns();
+    joiner *one = g.joining < JOINERS_AT_ONCE && now >= g.alone_ns ? next_of(t) : NULL;
+    metric_set(t->waiting, t->count - g.joining - (one != NULL));
+    if (!one) return;
+    one->until_ns = now + JOINERS_MS * NS_PER_MS;
+    t->last_user = one->user;
+    say(one->fd, WIRE_DDS_TURN_COME);
+    metric_count(t->given, 1);
+}
+
+/* Until the next turn is over, or the last one need not be alone any more, ms. */
 static int wait_ms(const joiners *t)
 {
-    int64_t first = INT64_MAX, now = clock_monotonic_ns();
-    for (unsigned i = 0; i < t->count; i++)
-        if (t->at[i].until_ns && t->at[i].until_ns < first) first = t->at[i].until_ns;
-    int64_t ms = first == INT64_MAX ? -1 : first > now ? (first - now) / 1000000 + 1 : 0;
+    turns_given g = look(t);
+    int64_t first = g.over_ns, now = clock_monotonic_ns();
+    bool one_waits = t->count > g.joining && g.joining < JOINERS_AT_ONCE;
+    if (one_waits && g.alone_ns < first) first = g.alone_ns;
+    int64_t ms = first == INT64_MAX ? -1 : first > now ? (first - now) / NS_PER_MS + 1 : 0;
     return t->listen_fd < 0 ? LISTEN_AGAIN_MS : (int)ms;
 }
 

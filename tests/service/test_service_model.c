@@ -813,7 +813,7 @@ static void play(model kind, long operations)
     m.steps += metric_get(m.service->count.steps);
     stop(&m, true);
     if (recorded) print_message("%zu recordings replayed, %zu steps; ", m.replayed, (size_t)m.steps);
-    assert_true(!recorded || (m.replayed > 10 && m.steps > 2));
+    assert_true(!recorded || (m.replayed > 10 && m.steps > 10));
     if (m.cut) print_message("%zu ticks were cut, %zd contents built; ", m.cuts, (ssize_t)m.balls);
     for (int i = 0; i < DEEDS && m.cut; i++)
         if ((i != DEED_RECORDED || recorded) && (i < DEED_JOINED || paired)) assert_true(m.cuts_with[i] > 0);
