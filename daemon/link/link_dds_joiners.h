@@ -10,10 +10,11 @@
 #include <stdint.h>
 
 /* One by one: what a second newcomer asks for while the same is about to be sent to the first, Cyclone sends to
- * everybody who is there. Who is slow does not hold up the next for long, and several that are do not hold up all. */
+ * everybody who is there. Who is slow, or has lost a datagram, holds up the next for a moment, and several of them do
+ * not hold up all. */
 enum {
     JOINERS_AT_ONCE = 24,
-    JOINERS_ALONE_MS = 500,    /* a turn is given no sooner after the last one, unless that one is over */
+    JOINERS_ALONE_MS = 100,    /* a turn is given no sooner after the last one, unless that one is over */
     JOINERS_MS = 2000,         /* who has not come in by then does not hinder the next any more */
     JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
