@@ -65,6 +65,13 @@ static void accept_all(joiners *t)
 
 static bool is_over(joiners *t, const joiner *one, short events, int64_t now)
 {
+    if (events && !one->until_ns) {
+        metric_count(t->given_up, 1);
+        log_warning(
+            "DDS: a client that waited for its turn to join has left, of %u: more come at once than can come in "
+            "within their connect_timeout_s",
+            t->count);
+    }
     if (events) return true; /* a client has nothing to say: it hung up */
     if (!one->until_ns || now < one->until_ns) return false;
     metric_count(t->overdue, 1);
@@ -166,6 +173,7 @@ void joiners_start(joiners *t, uint32_t domain, metrics *m)
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
     t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");
     t->refused = metrics_add(m, "dds_turns_refused", "clients told to ask for a turn again: too many wait");
+    t->given_up = metrics_add(m, "dds_turns_given_up", "clients that left while they waited for their turn to join");
     t->runs = t->stop_fd >= 0 && pthread_create(&t->thread, NULL, run, t) == 0;
     if (!t->runs) log_warning("no thread that lets clients join in turns: a crowd that comes at once comes in slowly");
     if (!t->runs && t->listen_fd >= 0) close(t->listen_fd);

@@ -34,7 +34,7 @@ typedef struct joiners {
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
     uint32_t last_user; /* who had the last turn: of several users each has his */
-    metric *waiting, *given, *overdue, *refused;
+    metric *waiting, *given, *overdue, *refused, *given_up;
 } joiners;
 
 void joiners_start(joiners *t, uint32_t domain, metrics *m);

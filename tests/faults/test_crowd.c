@@ -357,6 +357,28 @@ static void turns_go_on_though_some_never_come(void **state)
     rig_close(c);
 }
 
+/* Where more come at once than come in within their time, both ends say so. */
+static void who_leaves_before_his_turn_is_counted(void **state)
+{
+    (void)state;
+    enum { IDLE = 60, GIVE_UP = 5 };
+    int idle[IDLE];
+    rig_daemon(NULL, NULL);
+    collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    for (int i = 0; i < IDLE; i++) {
+        idle[i] = ask_for_a_turn();
+        assert_int_equal(hear(idle[i]), 'w');
+    }
+    collided_def def = collided_def_default();
+    def.connect_timeout_s = 0.2; /* 24 at a time, of 2 s each, are before it */
+    assert_null(collided_connect(RIG_DDS, &def));
+    if (!strstr(collided_connect_error(), "connect_timeout_s")) fail_msg("%s", collided_connect_error());
+    for (int i = IDLE - GIVE_UP; i < IDLE; i++) close(idle[i]);
+    UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "dds_turns_given_up") >= 1 + GIVE_UP);
+    for (int i = 0; i < IDLE - GIVE_UP; i++) close(idle[i]);
+    rig_close(c);
+}
+
 static void a_limit_is_named_at_both_ends(void **state)
 {
     (void)state;
@@ -424,6 +446,7 @@ int main(int argc, char **argv)
         cmocka_unit_test_teardown(a_stream_begins_soon, rig_end_all),
         cmocka_unit_test_teardown(turns_are_given_one_by_one, rig_end_all),
         cmocka_unit_test_teardown(turns_go_on_though_some_never_come, rig_end_all),
+        cmocka_unit_test_teardown(who_leaves_before_his_turn_is_counted, rig_end_all),
         cmocka_unit_test_teardown(a_limit_is_named_at_both_ends, rig_end_all),
         cmocka_unit_test_teardown(a_daemon_that_comes_later_is_found, rig_end_all),
 #ifdef FAST_DDS
