@@ -110,11 +110,19 @@ typedef struct turns_given {
     int64_t over_ns;  /* when the first one will have taken too long; INT64_MAX: there is none */
 } turns_given;
 
+/* Of a crowd each gets a processor late, and two at a time cost all who are there. */
+static int64_t alone_ns(const joiners *t)
+{
+    int64_t ms = 2 * (int64_t)t->count;
+    ms = ms < JOINERS_ALONE_MS ? JOINERS_ALONE_MS : ms > JOINERS_ALONE_MOST ? JOINERS_ALONE_MOST : ms;
+    return ms * NS_PER_MS;
+}
+
 static turns_given look(const joiners *t)
 {
     turns_given g = {.over_ns = INT64_MAX};
     for (unsigned i = 0; i < t->count; i++) {
-        int64_t until = t->at[i].until_ns, alone = until - JOINERS_MS * NS_PER_MS + JOINERS_ALONE_MS * NS_PER_MS;
+        int64_t until = t->at[i].until_ns, alone = until - JOINERS_MS * NS_PER_MS + alone_ns(t);
         if (!until) continue;
         g.joining++;
         if (until < g.over_ns) g.over_ns = until;

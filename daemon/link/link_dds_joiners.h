@@ -14,7 +14,8 @@
  * not hold up all. */
 enum {
     JOINERS_AT_ONCE = 24,
-    JOINERS_ALONE_MS = 100,    /* a turn is given no sooner after the last one, unless that one is over */
+    JOINERS_ALONE_MS = 100,    /* a turn is given no sooner after the last one, unless that one is over: */
+    JOINERS_ALONE_MOST = 500,  /* twice as many ms as wait, from the one to the other */
     JOINERS_MS = 2000,         /* who has not come in by then does not hinder the next any more */
     JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
