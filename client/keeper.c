@@ -73,9 +73,10 @@ static void keeper_message(void *context, const wire_message *m)
     if (m->kind == WIRE_REJECT) take_reject(c, m);
     if (m->kind != WIRE_STATUS || !session_hear_status(c, &m->status)) return;
     seek_another(c, &m->status);
+    bool first = !c->status || c->status->status.epoch != m->status.epoch; /* it may be waited for */
     free(c->status);
     c->status = message_copy(m);
-    session_wake_caller(c);
+    if (first) session_wake_caller(c);
 }
 
 static void keeper_refused(void *context, const wire_refusal *why)

@@ -305,6 +305,7 @@ collided *session_open(
         free_client(c);
         return NULL;
     }
+    c->last_seen_ns = session_monotonic_ns(); /* opening may have waited: nobody was to be heard until now */
     pthread_mutex_lock(&c->lock);
     announce(c, &c->client, client_message(c, def->name ? def->name : program_invocation_short_name, 0));
     ops->flush(c->link);

@@ -23,7 +23,7 @@
 
 enum {
     DDS_DOMAIN_LAST = 230,
-    DDS_TAKE = 64 /* always the same: Cyclone writes as many loans as the most ever asked */
+    DDS_TAKE = 16 /* always the same: Cyclone writes as many loans as the most ever asked */
 };
 enum {
     DDS_PEERS = 32, /* writers or readers of daemons that are matched at one time */
@@ -53,7 +53,7 @@ typedef struct transport_dds {
     size_t stream_count, stream_capacity;
     bool reads_shared; /* one of the streams is that of shared events */
     int fds[TRANSPORT_ROLES];
-    int turn;                       /* see wire_dds_turn.h; below 0: none */
+    atomic_int turn;                /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
     void *arrived_context;
     atomic_bool rematched; /* a listener saw a match: `matched` must be found anew */
@@ -157,8 +157,7 @@ static void on_stream(dds_entity_t reader, void *context)
 static void on_match(transport_dds *t)
 {
     atomic_store(&t->rematched, true);
-    wake(t, TRANSPORT_CONTROL);
-    wake(t, TRANSPORT_STREAMS);
+    wake(t, TRANSPORT_CONTROL); /* which looks whether we are ready */
 }
 
 static void on_reader_matched(dds_entity_t e, const dds_subscription_matched_status_t status, void *context)
@@ -219,8 +218,24 @@ static bool all_among(const dds_peers *some, const dds_peers peers)
     return true;
 }
 
+/* Discovery is over, of which turns are about: two who discover a daemon at the same time make it tell all who are
+ * there. What follows goes to us alone. */
+static void leave_turn(transport_dds *t)
+{
+    int turn = atomic_exchange(&t->turn, -1);
+    if (turn >= 0) (void)close(turn);
+}
+
 /* Whoever acknowledges must also hear poses and queries and be heard answering and refusing. Discovery matches one
- * endpoint at a time, so acks are left in their reader until this holds: what they release (poses) is volatile. */
+ * endpoint at a time, so acks are left in their reader until this holds: what they release (poses) is volatile. Matches
+ * of others than these are nobody's news: discovery tells of some twenty, and whoever is woken by each costs a crowd
+ * more than the messages do. */
+static bool decides_readiness(wire_kind kind)
+{
+    return kind == WIRE_ACK || kind == WIRE_POSE_BATCH || kind == WIRE_QUERY || kind == WIRE_REJECT ||
+           kind == WIRE_ANSWER;
+}
+
 static bool dds_ready(transport *base)
 {
     transport_dds *t = (transport_dds *)base;
@@ -233,7 +248,10 @@ static bool dds_ready(transport *base)
         all_among(&acking, peers_of_reader(t->control[1].reader)) &&
         all_among(&acking, peers_of_reader(t->streams[0].reader));
     atomic_store(&t->matched, matched);
-    return matched;
+    if (!matched) return false;
+    wake(t, TRANSPORT_STREAMS);
+    leave_turn(t);
+    return true;
 }
 
 /* Where there is no multicast, a daemon does not know where clients are, which have any port: they tell it, when they
@@ -250,9 +268,7 @@ static void dds_seek(transport *base)
 
 static void dds_joined(transport *base)
 {
-    transport_dds *t = (transport_dds *)base;
-    if (t->turn >= 0) (void)close(t->turn);
-    t->turn = -1;
+    leave_turn((transport_dds *)base);
 }
 
 /* ---- opening and closing ---- */
@@ -272,7 +288,7 @@ static dds_entity_t create_writer(transport_dds *t, wire_kind kind, int64_t leas
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
     if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->user_data, strlen(t->user_data));
     dds_listener_t *listener = dds_create_listener(t);
-    dds_lset_publication_matched(listener, on_writer_matched);
+    if (decides_readiness(kind)) dds_lset_publication_matched(listener, on_writer_matched);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
     dds_entity_t writer = dds_create_writer(t->participant, t->topics[kind], qos, listener);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(false);
@@ -321,7 +337,7 @@ static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, trans
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, stream, 0);
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_data_available(listener, role == TRANSPORT_CONTROL ? on_control : on_stream);
-    dds_lset_subscription_matched(listener, on_reader_matched);
+    if (decides_readiness(kind)) dds_lset_subscription_matched(listener, on_reader_matched);
     if (stream) inbox->subscriber = dds_create_subscriber(t->participant, qos, NULL);
     dds_entity_t parent = stream ? inbox->subscriber : kind == WIRE_STATUS ? t->participant : t->group;
     inbox->reader = dds_create_reader(parent, t->topics[kind], qos, listener);
@@ -344,7 +360,7 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
     return true;
 }
 
-/* A daemon of before the groups answers in the partition without a name. */
+/* What is told in the partition without a name is for those who have no group. */
 static bool open_group(transport_dds *t, int64_t client)
 {
     char replies[WIRE_DDS_PARTITION_MAX];
@@ -352,9 +368,9 @@ static bool open_group(transport_dds *t, int64_t client)
     char events[WIRE_DDS_PARTITION_MAX];
     wire_dds_events(wire_dds_events_of(client), events);
     wire_dds_user_data(client, t->user_data);
-    const char *partitions[] = {"", replies, events};
+    const char *partitions[] = {replies, events};
     dds_qos_t *qos = dds_create_qos();
-    dds_qset_partition(qos, 3, partitions);
+    dds_qset_partition(qos, 2, partitions);
     t->group = dds_create_subscriber(t->participant, qos, NULL);
     dds_delete_qos(qos);
     return t->group > 0;
@@ -407,15 +423,15 @@ static transport *dds_open_transport(const transport_options *options, char *why
         (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
         return NULL;
     }
+    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) return NULL;
     int turn = -1;
     if (options->until_ns && !*options->interface) turn = turn_wait((uint32_t)domain, options->until_ns, why, why_size);
-    if (turn < -1) return NULL;
-    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) {
-        if (turn >= 0) (void)close(turn);
+    if (turn < -1) {
+        domain_leave((dds_domainid_t)domain);
         return NULL;
     }
     transport_dds *t = allocate(1, sizeof *t);
-    t->turn = turn;
+    atomic_init(&t->turn, turn);
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
     t->arrived = options->arrived;

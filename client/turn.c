@@ -10,7 +10,8 @@
 #include <stdio.h>
 #include <unistd.h>
 
-enum { SYSTEM_USER_LAST = 999, AGAIN_MS = 100 };
+/* Hundreds that ask again ten times a second take half a processor. */
+enum { SYSTEM_USER_LAST = 999, AGAIN_FIRST_MS = 100, AGAIN_LAST_MS = 1600 };
 
 static bool is_believed(int fd)
 {
@@ -56,7 +57,7 @@ static int hear(int fd, int64_t until_ns)
 
 int turn_wait(uint32_t domain, int64_t until_ns, char *why, size_t why_size)
 {
-    while (session_monotonic_ns() < until_ns) {
+    for (int again_ms = AGAIN_FIRST_MS; session_monotonic_ns() < until_ns;) {
         int fd = ask_for_turn(domain), word = WIRE_DDS_TURN_FULL;
         if (fd == -1) return -1;
         if (fd >= 0) do
@@ -65,7 +66,8 @@ int turn_wait(uint32_t domain, int64_t until_ns, char *why, size_t why_size)
         if (word == WIRE_DDS_TURN_COME) return fd;
         if (fd >= 0) (void)close(fd);
         if (word == 0) return -1; /* the daemon ended */
-        if (word == WIRE_DDS_TURN_FULL) (void)poll(NULL, 0, left_ms(until_ns, AGAIN_MS));
+        if (word == WIRE_DDS_TURN_FULL) (void)poll(NULL, 0, left_ms(until_ns, again_ms));
+        if (again_ms < AGAIN_LAST_MS) again_ms *= 2;
     }
     (void)snprintf(why, why_size,
         "too many clients join at once: the daemon lets them in by turns, and ours did not come "

@@ -29,7 +29,7 @@ enum { LAST_WORDS_MS = 500 /* closing: for acknowledgements still to come */ };
 static const wire_kind kinds_in[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION, WIRE_POSE_BATCH,
     WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
 static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
-static const wire_kind kinds_reply[] = {WIRE_ANSWER, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
+static const wire_kind kinds_reply[] = {WIRE_ANSWER, WIRE_ANSWER, WIRE_REJECT, WIRE_ACK};
 static_assert(sizeof kinds_in / sizeof kinds_in[0] == LINK_DDS_IN, "a reader each");
 static_assert(sizeof kinds_out / sizeof kinds_out[0] == LINK_DDS_OUT, "a writer each");
 static_assert(sizeof kinds_reply / sizeof kinds_reply[0] == LINK_DDS_REPLIES, "a writer each, in each group");
@@ -142,7 +142,7 @@ static bool open_speakers(link_dds *l)
  * the large ones, which are few, have a writer with a short one: 16 MB and 51 MB at most. */
 enum {
     ANSWERS_LARGE = LINK_DDS_OUT - 1,
-    REPLIES_LARGE = LINK_DDS_REPLIES - 1,
+    REPLIES_LARGE = 1,
     ANSWER_SMALL_HITS = 40,
     ANSWERS_LARGE_DEPTH = 32,
     REPLIES_LARGE_DEPTH = 4 /* of one group */
@@ -174,8 +174,8 @@ static bool open_replies(link_dds *l, writer *w, wire_kind kind, unsigned group)
     return w->entity > 0;
 }
 
-/* Writers are discovered in the order of their creation: by the time that a client knows the last, that of acks in the
- * partition without a name, it knows those of its group. */
+/* Writers are discovered in the order of their creation: by the time that a client knows that of the acks of its group,
+ * it knows the others of its group. */
 static bool open_topics(link_dds *l)
 {
     bool ok = open_speakers(l) && link_dds_topic(l, WIRE_EVENT_BATCH) > 0;
@@ -233,8 +233,9 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     }
     if (joined == DDS_RETCODE_OK && open_topics(l)) {
         link_dds_closer_start(&l->closer);
-        if (!options->interface || !*options->interface)
-            joiners_start(&l->joiners, link_dds_domain(l), options->counters);
+        if (options->interface && *options->interface) return 0;
+        joiners_start(&l->joiners, link_dds_domain(l), options->counters);
+        reminder_start(&l->reminder);
         return 0;
     }
     link_dds_leave(l);
@@ -245,20 +246,43 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
 
 /* ---- publishing ---- */
 
-/* In the group of the client that it is for; NULL: it is for all, or for one in no group. Who speaks under the name of
- * another may read elsewhere than that one does: what he is told, all are told. */
-static writer *reply_writer_for(link_dds *l, const wire_message *m)
+/* In that group, from 1; NULL: it is no reply, or there is no group. */
+static writer *reply_writer(link_dds *l, const wire_message *m, int group)
+{
+    for (size_t i = 0; group && i < LINK_DDS_REPLIES; i++)
+        if (kinds_reply[i] == m->kind) return &l->replies[group - 1][is_large(m) ? REPLIES_LARGE : i];
+    return NULL;
+}
+
+static int64_t client_of(const wire_message *m)
 {
     int64_t client, sequence;
     int32_t object;
-    if (m->kind == WIRE_REJECT && m->reject.reason == WIRE_NOT_YOURS) return NULL;
-    for (size_t i = 0; i < LINK_DDS_REPLIES; i++) {
-        if (kinds_reply[i] != m->kind) continue;
-        wire_origin(m, &client, &sequence, &object);
-        int group = speakers_group(&l->speakers, client);
-        return group ? &l->replies[group - 1][is_large(m) ? REPLIES_LARGE : i] : NULL;
-    }
-    return NULL;
+    wire_origin(m, &client, &sequence, &object);
+    return client;
+}
+
+static bool is_not_yours(const wire_message *m)
+{
+    return m->kind == WIRE_REJECT && m->reject.reason == WIRE_NOT_YOURS;
+}
+
+/* In the group of the client that it is for; NULL: it is for all, or for one in no group. Who speaks under the name of
+ * another may read elsewhere than that one does. */
+static writer *reply_writer_for(link_dds *l, const wire_message *m)
+{
+    return is_not_yours(m) ? NULL : reply_writer(l, m, speakers_group(&l->speakers, client_of(m)));
+}
+
+/* What is for someone who does not speak for that client (there is no place for him, he has left, the name is
+ * another's) goes to the partition without a name, and here, too: to the group that the library puts this client's
+ * number into. */
+static writer *presumed_writer_for(link_dds *l, const wire_message *m)
+{
+    if (!reply_writer(l, m, 1)) return NULL;
+    int64_t client = client_of(m);
+    if (!is_not_yours(m) && speakers_participant(&l->speakers, client)) return NULL;
+    return reply_writer(l, m, 1 + (int)wire_dds_replies_of(client));
 }
 
 static writer *writer_for(link_dds *l, const wire_message *m)
@@ -276,16 +300,23 @@ static writer *writer_for(link_dds *l, const wire_message *m)
     return NULL;
 }
 
-static void dds_link_publish(struct link *head, const wire_message *m)
+static void write_to(link_dds *l, writer *w, wire_kind kind)
 {
-    link_dds *l = link_dds_of(head);
-    writer *w = writer_for(l, m);
-    if (!w) return;
-    wire_dds_encode(m, l->sample);
     dds_return_t written = dds_write(w->entity, l->sample);
     w->dirty = true;
     metric_count(written == DDS_RETCODE_OK ? l->messages_out : l->write_failed, 1);
-    if (written != DDS_RETCODE_OK) log_warning("DDS: %s: %s", wire_kind_name(m->kind), dds_strretcode(written));
+    if (written != DDS_RETCODE_OK) log_warning("DDS: %s: %s", wire_kind_name(kind), dds_strretcode(written));
+}
+
+static void dds_link_publish(struct link *head, const wire_message *m)
+{
+    link_dds *l = link_dds_of(head);
+    writer *w = writer_for(l, m), *presumed = presumed_writer_for(l, m);
+    if (!w) return;
+    if (m->kind == WIRE_EVENT_BATCH) link_dds_streams_note(l, m);
+    wire_dds_encode(m, l->sample);
+    write_to(l, w, m->kind);
+    if (presumed) write_to(l, presumed, m->kind);
 }
 
 void link_dds_flush_writer(writer *w)
@@ -300,7 +331,7 @@ static void dds_link_flush(struct link *head)
     for (size_t i = 0; i < LINK_DDS_OUT; i++) link_dds_flush_writer(&l->writers[i]);
     for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++)
         link_dds_flush_writer(&l->replies[0][0] + i);
-    for (size_t i = 0; i < l->streams.count; i++) link_dds_flush_writer(l->streams.at[i]->out);
+    link_dds_streams_flush(l);
 }
 
 /* ---- the other daemon of a pair ---- */
@@ -351,10 +382,20 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
         expiry, user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 
+/* Who has not heard all asks for it when there is a heartbeat, and those of Cyclone are rare (wire_dds_qos.c). */
+void link_dds_await(dds_entity_t writer, int64_t until_ns)
+{
+    enum { AGAIN_MS = 50 };
+    for (int64_t left; (left = until_ns - clock_monotonic_ns()) > 0;) {
+        if (dds_wait_for_acks(writer, left < DDS_MSECS(AGAIN_MS) ? left : DDS_MSECS(AGAIN_MS)) != DDS_RETCODE_TIMEOUT)
+            return;
+        (void)dds_assert_liveliness(writer); /* Cyclone's only way to send a heartbeat now */
+    }
+}
+
 static void wait_for(const writer *w, int64_t until)
 {
-    int64_t left = until - clock_monotonic_ns();
-    if (w->entity > 0) dds_wait_for_acks(w->entity, left > 0 ? left : 0);
+    if (w->entity > 0) link_dds_await(w->entity, until);
 }
 
 /* The last words of the daemon (ends of streams, status) may still be under way. */
@@ -372,6 +413,7 @@ static void dds_link_close(struct link *head)
     joiners_end(&l->joiners);
     wait_for_acknowledgements(l);
     link_dds_streams_close(l);
+    reminder_end(&l->reminder);
     link_dds_drop_waiting(l);
     link_dds_leave(l);
     free_own(l);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 enum { LISTEN_AGAIN_MS = 500 /* the other daemon of a pair may have ended */, BACKLOG = 4096 };
+static const int64_t NS_PER_MS = 1000000;
 
 static int open_socket(uint32_t domain)
 {
@@ -64,6 +65,13 @@ static void accept_all(joiners *t)
 
 static bool is_over(joiners *t, const joiner *one, short events, int64_t now)
 {
+    if (events && !one->until_ns) {
+        metric_count(t->given_up, 1);
+        log_warning(
+            "DDS: a client that waited for its turn to join has left, of %u: more come at once than can come in "
+            "within their connect_timeout_s",
+            t->count);
+    }
     if (events) return true; /* a client has nothing to say: it hung up */
     if (!one->until_ns || now < one->until_ns) return false;
     metric_count(t->overdue, 1);
@@ -96,26 +104,54 @@ static joiner *next_of(joiners *t)
     return first;
 }
 
-static void give(joiners *t)
+typedef struct turns_given {
+    unsigned joining; /* turns that are not over */
+    int64_t alone_ns; /* until then the last one is to be alone */
+    int64_t over_ns;  /* when the first one will have taken too long; INT64_MAX: there is none */
+} turns_given;
+
+/* Of a crowd each gets a processor late, and two at a time cost all who are there. */
+static int64_t alone_ns(const joiners *t)
 {
-    unsigned joining = 0;
-    for (unsigned i = 0; i < t->count; i++) joining += t->at[i].until_ns != 0;
-    for (joiner *one; joining < JOINERS_AT_ONCE && (one = next_of(t)); joining++) {
-        one->until_ns = clock_monotonic_ns() + JOINERS_MS * INT64_C(1000000);
-        t->last_user = one->user;
-        say(one->fd, WIRE_DDS_TURN_COME);
-        metric_count(t->given, 1);
-    }
-    metric_set(t->waiting, t->count - joining);
+    int64_t ms = 2 * (int64_t)t->count;
+    ms = ms < JOINERS_ALONE_MS ? JOINERS_ALONE_MS : ms > JOINERS_ALONE_MOST ? JOINERS_ALONE_MOST : ms;
+    return ms * NS_PER_MS;
 }
 
-/* Until the next turn is over, ms. */
+static turns_given look(const joiners *t)
+{
+    turns_given g = {.over_ns = INT64_MAX};
+    for (unsigned i = 0; i < t->count; i++) {
+        int64_t until = t->at[i].until_ns, alone = until - JOINERS_MS * NS_PER_MS + alone_ns(t);
+        if (!until) continue;
+        g.joining++;
+        if (until < g.over_ns) g.over_ns = until;
+        if (alone > g.alone_ns) g.alone_ns = alone;
+    }
+    return g;
+}
+
+static void give(joiners *t)
+{
+    turns_given g = look(t);
+    int64_t now = clock_monotonic_ns();
+    joiner *one = g.joining < JOINERS_AT_ONCE && now >= g.alone_ns ? next_of(t) : NULL;
+    metric_set(t->waiting, t->count - g.joining - (one != NULL));
+    if (!one) return;
+    one->until_ns = now + JOINERS_MS * NS_PER_MS;
+    t->last_user = one->user;
+    say(one->fd, WIRE_DDS_TURN_COME);
+    metric_count(t->given, 1);
+}
+
+/* Until the next turn is over, or the last one need not be alone any more, ms. */
 static int wait_ms(const joiners *t)
 {
-    int64_t first = INT64_MAX, now = clock_monotonic_ns();
-    for (unsigned i = 0; i < t->count; i++)
-        if (t->at[i].until_ns && t->at[i].until_ns < first) first = t->at[i].until_ns;
-    int64_t ms = first == INT64_MAX ? -1 : first > now ? (first - now) / 1000000 + 1 : 0;
+    turns_given g = look(t);
+    int64_t first = g.over_ns, now = clock_monotonic_ns();
+    bool one_waits = t->count > g.joining && g.joining < JOINERS_AT_ONCE;
+    if (one_waits && g.alone_ns < first) first = g.alone_ns;
+    int64_t ms = first == INT64_MAX ? -1 : first > now ? (first - now) / NS_PER_MS + 1 : 0;
     return t->listen_fd < 0 ? LISTEN_AGAIN_MS : (int)ms;
 }
 
@@ -145,6 +181,7 @@ void joiners_start(joiners *t, uint32_t domain, metrics *m)
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
     t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");
     t->refused = metrics_add(m, "dds_turns_refused", "clients told to ask for a turn again: too many wait");
+    t->given_up = metrics_add(m, "dds_turns_given_up", "clients that left while they waited for their turn to join");
     t->runs = t->stop_fd >= 0 && pthread_create(&t->thread, NULL, run, t) == 0;
     if (!t->runs) log_warning("no thread that lets clients join in turns: a crowd that comes at once comes in slowly");
     if (!t->runs && t->listen_fd >= 0) close(t->listen_fd);

@@ -9,10 +9,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Not all at once: what several ask for at the same time, of what is known to all, Cyclone sends to everybody who is
- * there (it merges what is sent again for several). Not one by one: most of a turn is waiting. */
+/* One by one: what a second newcomer asks for while the same is about to be sent to the first, Cyclone sends to
+ * everybody who is there. Who is slow, or has lost a datagram, holds up the next for a moment, and several of them do
+ * not hold up all. */
 enum {
     JOINERS_AT_ONCE = 24,
+    JOINERS_ALONE_MS = 100,    /* a turn is given no sooner after the last one, unless that one is over: */
+    JOINERS_ALONE_MOST = 500,  /* twice as many ms as wait, from the one to the other */
     JOINERS_MS = 2000,         /* who has not come in by then does not hinder the next any more */
     JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
@@ -32,7 +35,7 @@ typedef struct joiners {
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
     uint32_t last_user; /* who had the last turn: of several users each has his */
-    metric *waiting, *given, *overdue, *refused;
+    metric *waiting, *given, *overdue, *refused, *given_up;
 } joiners;
 
 void joiners_start(joiners *t, uint32_t domain, metrics *m);

@@ -8,6 +8,7 @@
 #include "link.h"
 #include "link_dds_joiners.h"
 #include "link_dds_peers.h"
+#include "link_dds_reminder.h"
 #include "link_dds_speakers.h"
 #include "turns.h"
 #include "wire/dds/wire_dds_qos.h"
@@ -33,13 +34,15 @@ typedef struct reader {
 
 typedef struct writer {
     dds_entity_t entity;
-    bool dirty; /* written to since the last flush */
+    bool dirty;        /* written to since the last flush */
+    atomic_bool fresh; /* a reader has come, and has been told nothing yet; of streams' writers */
 } writer;
 
 /* Streams of many clients that go out by one writer, in a partition that these clients read in. */
 typedef struct shared_events {
     link_dds *owner;
     writer out;          /* created when it is first needed */
+    int64_t idle_ns;     /* monotonic: since then it has heartbeats to send, and nothing else; 0: it has not */
     atomic_bool matched; /* a reader has come, or a stream that may have one */
 } shared_events;
 
@@ -76,6 +79,7 @@ struct link_dds {
     size_t own_streams; /* with a writer of their own */
     stream_closer closer;
     joiners joiners;
+    reminder reminder;
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;
@@ -142,8 +146,16 @@ void link_dds_drop_waiting(link_dds *l); /* before the domain is left */
 void link_dds_stream_open(struct link *head, const char *name);
 void link_dds_stream_close(struct link *head, const char *name);
 
+/* Until that writer's readers have all that was flushed, or until then (monotonic). What was lost is said again. */
+void link_dds_await(dds_entity_t writer, int64_t until_ns);
+
 /* NULL: not open. */
 stream *link_dds_stream_find(const link_dds *l, const char *name);
+
+/* What `m`, of an open stream, is about to be written; and what was written goes out. Heartbeats of a crowd that share
+ * a writer wait for each other, since each packet wakes all who share it. */
+void link_dds_streams_note(link_dds *l, const wire_message *m);
+void link_dds_streams_flush(link_dds *l);
 
 /* Tells the sink of readers that have come since the last call. */
 void link_dds_streams_report(link_dds *l, const link_sink *sink);

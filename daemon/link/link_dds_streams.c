@@ -1,5 +1,6 @@
 /* link_dds_streams: each stream has a writer of its own, in a partition of its name, or, of many, a share in one. The
  * tick thread, but for the listener that sees its readers come, and the thread that deletes writers. */
+#include "base/clock.h"
 #include "base/log.h"
 #include "link_dds_own.h"
 #include "wire/dds/wire_dds_qos.h"
@@ -87,7 +88,9 @@ static void on_shared_matched(dds_entity_t entity, const dds_publication_matched
 {
     (void)entity;
     shared_events *shared = context;
-    if (status.current_count_change > 0) link_dds_notice(shared->owner, &shared->matched);
+    if (status.current_count_change <= 0) return;
+    atomic_store(&shared->out.fresh, true);
+    link_dds_notice(shared->owner, &shared->matched);
 }
 
 /* A stream has its client's id and a number as its name, unless that named it. */
@@ -121,6 +124,35 @@ static shared_events *shared_for(link_dds *l, const char *name, int64_t *client)
     return shared->out.entity > 0 ? shared : NULL;
 }
 
+/* In a crowd there is a heartbeat of another stream every few milliseconds: then what waits is not forgotten. */
+enum { CROWD = 256 /* streams */, HEARTBEATS_WAIT_MS = 500 };
+
+static bool may_wait(const link_dds *l, const shared_events *shared)
+{
+    return shared && shared->idle_ns && l->streams.count >= CROWD &&
+           clock_monotonic_ns() - shared->idle_ns < HEARTBEATS_WAIT_MS * INT64_C(1000000);
+}
+
+void link_dds_streams_note(link_dds *l, const wire_message *m)
+{
+    shared_events *shared = link_dds_stream_find(l, m->event_batch.stream)->shared;
+    if (!shared) return;
+    if (!m->event_batch.heartbeat)
+        shared->idle_ns = 0;
+    else if (!shared->out.dirty)
+        shared->idle_ns = clock_monotonic_ns();
+}
+
+void link_dds_streams_flush(link_dds *l)
+{
+    for (size_t i = 0; i < l->streams.count; i++) {
+        const stream *s = l->streams.at[i];
+        if (!s->out->dirty || may_wait(l, s->shared)) continue;
+        link_dds_flush_writer(s->out);
+        if (atomic_exchange(&s->out->fresh, false)) reminder_put(&l->reminder, s->out->entity);
+    }
+}
+
 /* ---- streams ---- */
 
 /* One of Cyclone's threads. */
@@ -128,7 +160,9 @@ static void on_matched(dds_entity_t entity, const dds_publication_matched_status
 {
     (void)entity;
     stream *s = context;
-    if (status.current_count_change > 0) link_dds_notice(s->owner, &s->matched);
+    if (status.current_count_change <= 0) return;
+    atomic_store(&s->own.fresh, true);
+    link_dds_notice(s->owner, &s->matched);
 }
 
 static stream *stream_create(link_dds *l, const char *name)
@@ -140,6 +174,7 @@ static stream *stream_create(link_dds *l, const char *name)
     s->shared = shared_for(l, name, &s->client);
     if (s->shared) {
         s->out = &s->shared->out;
+        atomic_store(&s->out->fresh, true);
         link_dds_notice(l, &s->shared->matched);
         return s;
     }
@@ -154,11 +189,17 @@ static stream *stream_create(link_dds *l, const char *name)
     return s;
 }
 
-/* Cyclone waits until the readers of a writer have acknowledged what was flushed, for a second at most: a reader that
- * was killed never does. */
+static const int64_t STREAM_LAST_WORDS_NS = 1000000000;
+
+/* Cyclone waits until the readers of a writer have acknowledged what was flushed, for a second at most (a reader that
+ * was killed never does), and does not say again meanwhile what was lost: so before that, we do. */
 static void stream_destroy(stream *s)
 {
-    if (s->own.entity > 0) dds_delete(s->own.entity);
+    if (s->own.entity > 0) {
+        reminder_forget(&s->owner->reminder, s->own.entity);
+        link_dds_await(s->own.entity, clock_monotonic_ns() + STREAM_LAST_WORDS_NS);
+        dds_delete(s->own.entity);
+    }
     free(s->name);
     free(s);
 }

@@ -74,6 +74,7 @@ static void open_end(dds_side *side, wire_kind kind, wire_dds_side end)
     side->topics[kind] = dds_create_topic(side->participant, wire_dds_descriptor(kind), name, NULL, NULL);
     if (kind == WIRE_EVENT_BATCH) return;
     dds_qos_t *qos = wire_dds_qos(kind, end, NULL, 0);
+    if (kind == WIRE_ANSWER || kind == WIRE_REJECT || kind == WIRE_ACK) dds_qset_partition1(qos, "replies:*");
     side->ends[kind] = end == WIRE_DDS_READER ? dds_create_reader(side->participant, side->topics[kind], qos, NULL)
                                               : dds_create_writer(side->participant, side->topics[kind], qos, NULL);
     dds_delete_qos(qos);

@@ -80,6 +80,43 @@ static size_t participants(void)
     return alive;
 }
 
+/* Of all readers, or writers, of this process's participant that are of that topic: who they are matched with. */
+static int matched(const char *topic, bool readers)
+{
+    enum { MOST = 256 };
+    dds_entity_t own[8], parents[MOST], ends[MOST];
+    dds_instance_handle_t others[MOST];
+    char name[64];
+    int count = 0;
+    assert_int_equal(dds_lookup_participant(DOMAIN, own, 8), 1);
+    int parent_count = dds_get_children(own[0], parents, MOST);
+    for (int i = 0; i < parent_count; i++) {
+        int end_count = dds_get_children(parents[i], ends, MOST);
+        for (int k = 0; k < end_count; k++) {
+            dds_entity_t t = dds_get_topic(ends[k]);
+            if (t <= 0 || dds_get_name(t, name, sizeof name) <= 0 || strcmp(name, topic) != 0) continue;
+            int n = readers ? dds_get_matched_publications(ends[k], others, MOST)
+                            : dds_get_matched_subscriptions(ends[k], others, MOST);
+            if (n > 0) count += n;
+        }
+    }
+    return count;
+}
+
+/* Each match of a reader of a client's with one of the daemon's writers that others read, too, costs the daemon, for
+ * each client that comes, a time that grows with their square. */
+static void is_matched_with_few_of_the_daemons_ends(void)
+{
+    static const char *const readers[] = {"collided_Ack", "collided_Reject", "collided_Answer", "collided_Status"};
+    static const char *const writers[] = {"collided_Client", "collided_Geometry", "collided_Body",
+        "collided_Subscription", "collided_PoseBatch", "collided_Query", "collided_Receipt"};
+    for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++) {
+        bool answers = strcmp(readers[i], "collided_Answer") == 0; /* those of many hits have a writer of their own */
+        assert_int_equal(matched(readers[i], true), answers ? 2 : 1);
+    }
+    for (size_t i = 0; i < sizeof writers / sizeof writers[0]; i++) assert_int_equal(matched(writers[i], false), 1);
+}
+
 static void a_crowd_comes_in_and_knows_nobody_but_the_daemon(void **state)
 {
     (void)state;
@@ -96,6 +133,7 @@ static void a_crowd_comes_in_and_knows_nobody_but_the_daemon(void **state)
     UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == 2 * (int64_t)size);
     for (int i = 0; i < size; i++) assert_true(rig_alive(crowd[i]));
     assert_int_equal(participants(), 2); /* the daemon's, and our own */
+    is_matched_with_few_of_the_daemons_ends();
     rig_close(watcher);
 }
 
@@ -198,7 +236,110 @@ static void streams_of_many_share_writers_and_each_is_told_his(void **state)
     rig_close(b);
 }
 
+typedef struct pulse {
+    int heartbeats;
+} pulse;
+
+static void count_heartbeats(void *context, const collided_batch *b)
+{
+    ((pulse *)context)->heartbeats += b->heartbeat;
+}
+
+static bool all_beat(const pulse *pulses, int count, int each)
+{
+    for (int i = 0; i < count; i++)
+        if (pulses[i].heartbeats < each) return false;
+    return true;
+}
+
+/* So many that the daemon lets heartbeats wait for each other: each comes all the same. */
+static void heartbeats_of_many_streams_come(void **state)
+{
+    (void)state;
+    enum { MANY = 320, EACH = 3 };
+    static pulse pulses[MANY];
+    char name[32];
+    memset(pulses, 0, sizeof pulses);
+    rig_daemon(NULL, NULL);
+    collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    for (int i = 0; i < MANY; i++) {
+        collided_subscription_def watch = collided_subscription_def_default();
+        snprintf(name, sizeof name, "body %d", i);
+        watch.select_a = name;
+        watch.callback = count_heartbeats;
+        watch.context = &pulses[i];
+        assert_true(collided_subscribe(c, &watch).id != COLLIDED_NONE);
+    }
+    assert_int_equal(collided_sync(c, 2 * RIG_PATIENCE_S), COLLIDED_OK);
+    UNTIL(c, 2 * RIG_PATIENCE_S, all_beat(pulses, MANY, EACH));
+    rig_close(c);
+}
+
+/* What a stream tells first is told before its reader has heard a heartbeat of RTPS, and lost then: the daemon sends
+ * one soon after. Each of these waited for half a second. */
+static void a_stream_begins_soon(void **state)
+{
+    (void)state;
+    enum { TIMES = 15 };
+    tally t = {0};
+    rig_daemon(NULL, NULL);
+    double began = rig_now_s();
+    for (int i = 0; i < TIMES; i++) {
+        collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+        subscribe(c, "any", &t);
+        assert_int_equal(collided_sync(c, RIG_PATIENCE_S), COLLIDED_OK);
+        rig_close(c);
+    }
+    double took = rig_now_s() - began;
+    print_message("%d clients came, read a stream, and left, in %.2f s\n", TIMES, took);
+    assert_true(took < TIMES);
+}
+
 /* ---- turns ---- */
+
+static int ask_for_a_turn(void)
+{
+    const char name[] = "\0collided/dds/61"; /* DOMAIN; of the abstract namespace */
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    socklen_t length = offsetof(struct sockaddr_un, sun_path) + sizeof name - 1;
+    memcpy(address.sun_path, name, sizeof name - 1);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (connect(fd, (struct sockaddr *)&address, length) != 0) fail_msg("%s", strerror(errno));
+    return fd;
+}
+
+/* The next word: wire_dds_turn.h. */
+static char hear(int fd)
+{
+    char word = 0;
+    return read(fd, &word, 1) == 1 ? word : 0;
+}
+
+/* What two ask for at the same time Cyclone sends to everybody who is there: so one has it to himself. */
+static void turns_are_given_one_by_one(void **state)
+{
+    (void)state;
+    enum { MANY = 20 };
+    const double patience_s = 0.08; /* below that of the daemon, who gives the next turn when one takes very long */
+    int asks[MANY], checked = 0;
+    rig_daemon(NULL, NULL);
+    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
+    for (int i = 0; i < MANY; i++) {
+        asks[i] = ask_for_a_turn();
+        assert_int_equal(hear(asks[i]), 'w');
+    }
+    for (int i = 0; i < MANY; i++) {
+        char early;
+        double began = rig_now_s();
+        assert_int_equal(hear(asks[i]), 'c');
+        bool none = i + 1 == MANY || recv(asks[i + 1], &early, 1, MSG_DONTWAIT | MSG_PEEK) < 0;
+        bool soon = i > 0 && rig_now_s() - began < patience_s; /* the first one's turn began before we looked */
+        if (soon) assert_true(none);
+        checked += soon;
+        close(asks[i]);
+    }
+    assert_true(checked > 0);
+}
 
 /* Who asks for turns and never comes holds up the others for as long as a turn may take, and no longer. */
 static void turns_go_on_though_some_never_come(void **state)
@@ -206,20 +347,35 @@ static void turns_go_on_though_some_never_come(void **state)
     (void)state;
     enum { IDLE = 5 };
     int idle[IDLE];
-    const char name[] = "\0collided/dds/61"; /* DOMAIN; of the abstract namespace */
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    socklen_t length = offsetof(struct sockaddr_un, sun_path) + sizeof name - 1;
-    memcpy(address.sun_path, name, sizeof name - 1);
     rig_daemon(NULL, NULL);
     rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
-    for (int i = 0; i < IDLE; i++) {
-        idle[i] = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-        if (connect(idle[i], (struct sockaddr *)&address, length) != 0) fail_msg("%s", strerror(errno));
-    }
+    for (int i = 0; i < IDLE; i++) idle[i] = ask_for_a_turn();
     collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
     UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "dds_turns_overdue") >= IDLE);
     assert_true(rig_counter(c, "dds_turns") > IDLE);
     for (int i = 0; i < IDLE; i++) close(idle[i]);
+    rig_close(c);
+}
+
+/* Where more come at once than come in within their time, both ends say so. */
+static void who_leaves_before_his_turn_is_counted(void **state)
+{
+    (void)state;
+    enum { IDLE = 60, GIVE_UP = 5 };
+    int idle[IDLE];
+    rig_daemon(NULL, NULL);
+    collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    for (int i = 0; i < IDLE; i++) {
+        idle[i] = ask_for_a_turn();
+        assert_int_equal(hear(idle[i]), 'w');
+    }
+    collided_def def = collided_def_default();
+    def.connect_timeout_s = 0.2; /* 24 at a time, of 2 s each, are before it */
+    assert_null(collided_connect(RIG_DDS, &def));
+    if (!strstr(collided_connect_error(), "connect_timeout_s")) fail_msg("%s", collided_connect_error());
+    for (int i = IDLE - GIVE_UP; i < IDLE; i++) close(idle[i]);
+    UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "dds_turns_given_up") >= 1 + GIVE_UP);
+    for (int i = 0; i < IDLE - GIVE_UP; i++) close(idle[i]);
     rig_close(c);
 }
 
@@ -286,7 +442,11 @@ int main(int argc, char **argv)
         cmocka_unit_test_teardown(a_crowd_comes_in_and_knows_nobody_but_the_daemon, rig_end_all),
         cmocka_unit_test_teardown(clients_on_a_network_do_not_hear_each_other, rig_end_all),
         cmocka_unit_test_teardown(streams_of_many_share_writers_and_each_is_told_his, rig_end_all),
+        cmocka_unit_test_teardown(heartbeats_of_many_streams_come, rig_end_all),
+        cmocka_unit_test_teardown(a_stream_begins_soon, rig_end_all),
+        cmocka_unit_test_teardown(turns_are_given_one_by_one, rig_end_all),
         cmocka_unit_test_teardown(turns_go_on_though_some_never_come, rig_end_all),
+        cmocka_unit_test_teardown(who_leaves_before_his_turn_is_counted, rig_end_all),
         cmocka_unit_test_teardown(a_limit_is_named_at_both_ends, rig_end_all),
         cmocka_unit_test_teardown(a_daemon_that_comes_later_is_found, rig_end_all),
 #ifdef FAST_DDS

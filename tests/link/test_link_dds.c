@@ -18,6 +18,9 @@
 
 static bool isolated;
 
+#define LOSES_ONE_OF_FIVE "<Domain><Internal><Test><XmitLossiness>200</XmitLossiness></Test></Internal></Domain>"
+enum { ROUNDS_WITH_LOSS = 4 };
+
 /* ---- client processes ---- */
 
 typedef struct client {
@@ -71,14 +74,23 @@ static void assert_says(client *c, rig *r, double seconds, const char *expected)
     assert_string_equal(line, expected);
 }
 
+static bool says_an_earlier(wire_kind kind, const char *line)
+{
+    char expected[NAME_BYTES];
+    for (wire_kind k = WIRE_ANSWER; k < kind; k++) {
+        snprintf(expected, sizeof expected, "%s same", wire_kind_name(k));
+        if (strcmp(line, expected) == 0) return true;
+    }
+    return false;
+}
+
 /* Published until it is said: our writer may hear of that reader after the reader heard of us, and what is not kept for
- * those who come later goes to nobody until then. What was said before may be said again. */
+ * those who come later goes to nobody until then. What was said before may be said again, and come late. */
 static void assert_passes(client *c, rig *r, wire_kind kind)
 {
-    char expected[NAME_BYTES], earlier[NAME_BYTES], line[NAME_BYTES];
+    char expected[NAME_BYTES], line[NAME_BYTES];
     wire_message m = sample_message(kind);
     snprintf(expected, sizeof expected, "%s same", wire_kind_name(kind));
-    snprintf(earlier, sizeof earlier, "%s same", wire_kind_name(kind - 1));
     int64_t end = clock_monotonic_ns() + (int64_t)(RIG_PATIENCE_S * 1e9);
     struct pollfd p = {.fd = c->out, .events = POLLIN};
     do {
@@ -87,7 +99,7 @@ static void assert_passes(client *c, rig *r, wire_kind kind)
             assert_true(clock_monotonic_ns() < end);
             client_says(c, r, RIG_PATIENCE_S, line);
             if (strcmp(line, expected) == 0) return;
-            assert_string_equal(line, earlier);
+            if (!says_an_earlier(kind, line)) assert_string_equal(line, expected);
         }
         rig_receive(r);
     } while (clock_monotonic_ns() < end);
@@ -196,9 +208,8 @@ static void streams_do_not_hear_each_other(void **state)
     rig_close(&r);
 }
 
-static void the_end_of_a_stream_arrives_though_it_is_closed_at_once(void **state)
+static void hear_a_stream_that_is_closed_at_once(void)
 {
-    (void)state;
     rig r;
     dds_open(&r);
     r.link->ops->stream_open(r.link, "arm");
@@ -217,6 +228,26 @@ static void the_end_of_a_stream_arrives_though_it_is_closed_at_once(void **state
     }
     client_kill(&c);
     rig_close(&r);
+}
+
+static void the_end_of_a_stream_arrives_though_it_is_closed_at_once(void **state)
+{
+    (void)state;
+    hear_a_stream_that_is_closed_at_once();
+}
+
+/* One datagram of five is lost, both ways, whatever is in it. Cyclone alone repairs what it told last too late. */
+static void the_end_of_a_stream_arrives_though_datagrams_are_lost(void **state)
+{
+    (void)state;
+    setenv("CYCLONEDDS_URI", LOSES_ONE_OF_FIVE, 1);
+    for (int i = 0; i < ROUNDS_WITH_LOSS; i++) hear_a_stream_that_is_closed_at_once();
+}
+
+static int forget_loss(void **state)
+{
+    (void)state;
+    return unsetenv("CYCLONEDDS_URI");
 }
 
 /* Nothing is said of time; what arrives is in order, and the last is among it. */
@@ -543,6 +574,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(no_name_of_a_stream_is_a_wildcard_of_dds),
         cmocka_unit_test(streams_do_not_hear_each_other),
         cmocka_unit_test(the_end_of_a_stream_arrives_though_it_is_closed_at_once),
+        cmocka_unit_test_teardown(the_end_of_a_stream_arrives_though_datagrams_are_lost, forget_loss),
         cmocka_unit_test(large_batches_arrive_in_order),
         cmocka_unit_test(a_flood_of_poses_does_not_stand_before_those_of_others),
         cmocka_unit_test(a_large_batch_comes_in_parts_and_a_step_does_not),

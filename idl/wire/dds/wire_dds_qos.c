@@ -114,23 +114,25 @@ void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *e
     *events = group_in(text, "events:", WIRE_DDS_EVENTS);
 }
 
-/* MaxMessageSize 65500B halves the time of large batches, but only loopback carries such datagrams unfragmented.
+/* MaxMessageSize 65500B halves the time of large batches, but only loopback carries such datagrams unfragmented. All
+ * that a newcomer learns of the daemon is, to Cyclone, sent again: MaxRexmitMessageSize (1,456 B by default) makes that
+ * two datagrams instead of forty, or, where two newcomers ask at the same time, as many to everybody who is there.
  *
  * Without multicast, who is to be found must have one of the well-known ports (WIRE_DDS_INDICES of them a domain), and
  * announces itself to them. Clients have any port: they tell those ports of themselves, and only who sits there, the
  * daemons, answers them. So clients neither use up the well-known ports nor hear of each other, and a crowd costs what
  * its number does. Others (Fast DDS) announce themselves by multicast only, which loopback mostly lacks, and listen at
- * their well-known port: the daemon speaks there four times a second, so that they find it at once. */
+ * their well-known port: the daemon speaks there twice a second, so that they find it at once. */
 #define LOOPBACK(index, more)                                                                                          \
     "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"                            \
     "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65500B</MaxMessageSize>"                                    \
-    "<FragmentSize>60000B</FragmentSize></General>"                                                                    \
+    "<MaxRexmitMessageSize>65500B</MaxRexmitMessageSize><FragmentSize>60000B</FragmentSize></General>"                 \
     "<Discovery><ParticipantIndex>" index "</ParticipantIndex><MaxAutoParticipantIndex>63</MaxAutoParticipantIndex>"   \
     "<Peers><Peer address=\"127.0.0.1\"/></Peers>" more "</Discovery>"
 _Static_assert(WIRE_DDS_INDICES == 64, "as LOOPBACK says");
 static const char *const loopback[] = {
     [WIRE_DDS_ANYBODY] = LOOPBACK("auto", ""),
-    [WIRE_DDS_DAEMON] = LOOPBACK("auto", "<SPDPInterval>250ms</SPDPInterval>"),
+    [WIRE_DDS_DAEMON] = LOOPBACK("auto", "<SPDPInterval>500ms</SPDPInterval>"),
     [WIRE_DDS_CLIENT_LIBRARY] = LOOPBACK("none", ""),
 };
 
@@ -149,18 +151,22 @@ static const char soon[] =
 /* On loopback packets are lost only when a process does not get to reading them, and the daemon is patient: a heartbeat
  * goes to all readers of a writer as long as two of them have not acknowledged, and is answered by all; of hundreds
  * that start at once most have not, for want of a processor. Every 100 ms, of each writer, that took all the time that
- * there was, and what was late came again instead of soon: of 400 clients at once 23 came in within a minute. For the
- * same reason clients ask again for what is missing after 100 ms at the earliest, and all that is asked for is sent
- * (200 messages by default: three newcomers ask for more, of discovery). */
+ * there was, and what was late came again instead of soon: of 400 clients at once 23 came in within a minute. Half a
+ * second is soon enough, since each write has a heartbeat with it, and a stream's first and last words are reminded of
+ * (link_dds_reminder.h, link_dds_await); a whole one left an answer that was lost twice unanswered for three. All that
+ * is asked for is sent (200 messages by default: one newcomer asks for nearly as many, of discovery); what is
+ * acknowledged is acknowledged before a client asks, 10 ms later, whether it has come. */
 static const char patient[] = "<HeartbeatInterval min=\"100ms\" minsched=\"100ms\">500ms</HeartbeatInterval>"
-                              "<NackDelay>1ms</NackDelay><AckDelay>10ms</AckDelay>"
+                              "<NackDelay>1ms</NackDelay><AckDelay>2ms</AckDelay>"
                               "<MaxQueuedRexmitMessages>100000</MaxQueuedRexmitMessages>"
                               "<MaxQueuedRexmitBytes>64MB</MaxQueuedRexmitBytes>";
 
 /* What a client says goes to daemons alone: it asks again after 10 ms (from the sixth time on less and less often), for
- * where another client floods the daemon's socket, one packet of ten is lost, whosever it is. */
+ * where another client floods the daemon's socket, one packet of ten is lost, whosever it is. It says at once that it
+ * reads, since until then it is in its turn (wire_dds_turn.h), and drops what comes. */
 static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" max=\"4s\">10ms</HeartbeatInterval>"
-                             "<NackDelay>100ms</NackDelay><AckDelay>10ms</AckDelay>";
+                             "<NackDelay>20ms</NackDelay><AckDelay>10ms</AckDelay>"
+                             "<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay>";
 
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
 static bool is_interface(const char *text)

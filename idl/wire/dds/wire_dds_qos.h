@@ -41,9 +41,10 @@ enum { WIRE_DDS_PARTITION_MAX = 3 * WIRE_NAME_MAX + 16 };
 void wire_dds_partition(const char *stream, char partition[WIRE_DDS_PARTITION_MAX]);
 
 /* Ack, Reject and Answer are for one client each, and would go to all: with each client that comes, everybody would
- * hear more. So clients are spread over groups by their ids: besides the partition without a name, a client of this
- * library reads these topics in the partition of its group, and says so in the user data of its writer of Client: the
- * name of that partition. The daemon answers it there and nowhere else, and all others in the partition without a name.
+ * hear more. So clients are spread over groups by their ids: a client of this library reads these topics in the
+ * partition of its group, and says so in the user data of its writer of Client: the name of that partition. The daemon
+ * answers it there and nowhere else, and all others in the partition without a name; those who do not speak for the
+ * client that they name (for whom there is no place, or who have left), in both.
  * (A writer for each client would cost more: each writer of the daemon is announced to each client.) */
 enum { WIRE_DDS_REPLIES = 16 };
 void wire_dds_replies(unsigned group, char partition[WIRE_DDS_PARTITION_MAX]); /* "replies:7" */

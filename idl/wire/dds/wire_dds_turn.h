@@ -1,9 +1,9 @@
 /* wire_dds_turn: where a daemon on loopback gives out turns. Whoever comes makes the daemon and itself exchange some
- * hundred packets; when hundreds come at once, none of them gets a processor for long enough to finish. So the clients
- * of the library ask for a turn before they join the domain, on a Unix socket of the abstract namespace (as loopback,
- * it belongs to the network namespace): they connect, wait for one byte, join, and hang up when the daemon knows them.
- * Where nobody listens, or who listens is not to be believed, they join at once; so does whoever is not of the library.
- * Any thread. */
+ * hundred packets; when hundreds come at once, none of them gets a processor for long enough to finish, and what two
+ * ask for at a time is sent to all. So the clients of the library ask for a turn before they join the domain, on a Unix
+ * socket of the abstract namespace (as loopback, it belongs to the network namespace): they connect, wait for one byte,
+ * join, and hang up when they have found the daemon's ends. Where nobody listens, or who listens is not to be believed,
+ * they join at once; so does whoever is not of the library. Any thread. */
 #ifndef COLLIDED_WIRE_DDS_TURN_H
 #define COLLIDED_WIRE_DDS_TURN_H
 
