@@ -230,7 +230,7 @@ collided_geometry collided_create_height_field(
 /* Bodies that are fixed are not checked against each other. */
 typedef enum collided_motion { COLLIDED_MOVING, COLLIDED_FIXED } collided_motion;
 
-/* Is the way of a body between two poses looked at, for those who subscribe to impacts? Of a pair, one that is not OFF
+/* Is the motion of a body between two poses swept, for those who subscribe to impacts? Of a pair, one that is not OFF
  * is enough. */
 typedef enum collided_ccd {
     COLLIDED_CCD_OFF,
@@ -244,7 +244,7 @@ typedef struct collided_rule { /* ordered; the first that matches the other body
     const char *reason;        /* told by collided_query_explain */
     /* For the pairs that it checks; where the rules of both bodies say something, the larger number counts. */
     double padding_m; /* added to each subscription's threshold: they touch from here on (negative: only so deep) */
-    double margin_m;  /* >= 0, added to each subscription's range: their distances are told from farther away */
+    double margin_m;  /* >= 0, added to each subscription's range: their distances are reported from farther away */
 } collided_rule;
 
 /* A body; begin with collided_body_def_default. Shapes, rules and names are copied. */
@@ -289,9 +289,9 @@ collided_body collided_adopt_body(collided *c, int32_t id);
  * what is predicted, and how many whole turns they made on their way. stamp_ns: when they were true (0 = now), on one
  * clock for all poses of a body, be it a simulator's; one that is older than the last pose of a body is refused
  * ("old_pose", told to the callback of collided_on_rejected, and of a step counted in collided_batch.refused); step: of
- * a simulator, or 0. Sent by the next flush or poll. Several poses of a body that fall into one tick make one way,
+ * a simulator, or 0. Sent by the next flush or poll. Several poses of a body that fall into one tick make one motion,
  * straight from the last tick's to the newest. Lock-step: a step that is not 0 is answered on each of this client's own
- * subscriptions of rate_hz 0 by a batch whose `step` is that one, without events if there is nothing to tell. When it
+ * subscriptions of rate_hz 0 by a batch whose `step` is that one, without events if there is nothing to report. When it
  * has come, all that the step brings about there has been told. (LCM may lose a datagram: publish the same again if no
  * answer comes.) */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
@@ -328,7 +328,7 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s);
  * orders nothing and makes nothing old: that is for stamp_ns, on the clock of the computers. In lock-step all say the
  * same; if not, the latest counts. COLLIDED_BAD_ARGUMENT if it is negative. */
 collided_status collided_set_simulation_time(collided *c, int64_t simulation_ns);
-/* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
+/* Publishes poses of bodies that did not move there. They are there from now on, without a motion that could be swept:
  * their contacts end with the cause "teleport". As collided_publish, but the stamp may also go back in time. */
 collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
@@ -359,7 +359,7 @@ typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may
     COLLIDED_UNKNOWN,
     COLLIDED_KNOWN,
     COLLIDED_EVENT_IMPACT,    /* they met on their way; one event, without an end */
-    COLLIDED_EVENT_PREDICTED, /* they will meet; told again as long as they will */
+    COLLIDED_EVENT_PREDICTED, /* they will meet; reported again as long as they will */
     COLLIDED_EVENT_AVERTED    /* no more */
 } collided_event_kind;
 
@@ -369,7 +369,8 @@ typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may
  * which it may take about 100 ms a pair, and of what comes after nothing is known. */
 typedef struct collided_impact {
     double lo_s, hi_s;
-    int64_t start_ns; /* impact: stamp of the pose that the way began with; predicted: of the newest pose of the two */
+    int64_t
+        start_ns; /* impact: stamp of the pose that the motion began with; predicted: of the newest pose of the two */
     collided_pose pose_a, pose_b; /* of the bodies, at lo_s, world */
     bool estimated;               /* predicted: a velocity was estimated from two poses */
 } collided_impact;
@@ -438,12 +439,13 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
     int32_t refused;       /* poses that this client published for that step and the daemon refused: they are not in it,
                               ... */
     const char *refusal;   /* ... and why the first of them was: "old_pose", "unknown_body", ...; "" = none was */
-    int64_t undone; /* pairs of this subscription that the budget of the tick left with a wider interval than it asks,
-                       and all those (of any subscription) that max_pairs leaves out: of these nothing is told at all */
-    bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
-                       when a stream has been silent for the daemon's `heartbeat`, 1 s */
-    int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was told rests on; 0 = none is
-                               stamped. Poses that are sent again unchanged are no events, but count here */
+    int64_t
+        undone;     /* pairs of this subscription that the budget of the tick left with a wider interval than it asks,
+                       and all those (of any subscription) that max_pairs leaves out: of these nothing is reported at all */
+    bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was reported holds still.
+                       Comes when a stream has been silent for the daemon's `heartbeat`, 1 s */
+    int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was reported rests on; 0 = none
+                               is stamped. Poses that are sent again unchanged are no events, but count here */
     bool snapshot;          /* the whole current state: forget what you knew */
     bool closing;
     int64_t lost;   /* batches that were lost, or skipped since this client reads too slowly, before this one, which is
@@ -488,9 +490,9 @@ typedef struct collided_subscription_def {
 collided_subscription_def collided_subscription_def_default(void);
 
 /* Asks to be told. The first batch is a snapshot of the current state: contacts and what is near or predicted by then
- * are in it. Does not wait, and what happens before that batch and leaves no state is not told: impacts, and what began
- * and ended. Who must not miss any of it, the impacts of the first step, say, calls collided_sync before. COLLIDED_NONE
- * if the definition is wrong. */
+ * are in it. Does not wait, and what happens before that batch and leaves no state is not reported: impacts, and what
+ * began and ended. Who must not miss any of it, the impacts of the first step, say, calls collided_sync before.
+ * COLLIDED_NONE if the definition is wrong. */
 collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def);
 /* Ends a subscription: its callback is not called again. */
 collided_status collided_unsubscribe(collided *c, collided_subscription subscription);

@@ -106,7 +106,7 @@ collided_status collided_poll(collided *c, double timeout_s)
 }
 
 /* Its first batch has come: the daemon knows that we listen, and whatever it tells from here on comes, or is told to be
- * lost. What is published before may be told to nobody. */
+ * lost. What is published before may be reported to nobody. */
 static bool has_begun(const collided *c, const subscription_record *i)
 {
     if (i->removed || i->announced.state == ANNOUNCE_REFUSED) return true;

@@ -24,8 +24,8 @@ static void count_on_from(collided *c, int64_t sequence)
  * lost like the others. A heartbeat comes three times a lease, so that this takes two unanswered ones at least. */
 static void take_sign_of_hearing(collided *c)
 {
-    int64_t now = session_monotonic_ns(), since = c->heard_us_ns;
-    c->heard_us_ns = now;
+    int64_t now = session_monotonic_ns(), since = c->acknowledged_ns;
+    c->acknowledged_ns = now;
     if (c->link->ops->repeats && since && now - since > c->lease_ns - c->lease_ns / 10) c->all_again_wanted = true;
 }
 

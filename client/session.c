@@ -91,7 +91,7 @@ static void keep_refusal_of_step(collided *c, const wire_reject *why)
     (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
 }
 
-/* That another client missed a step is told as a refusal, but is none of ours. */
+/* That another client missed a step is reported as a refusal, but is none of ours. */
 void session_keep_rejection(collided *c, const wire_reject *why)
 {
     keep_refusal_of_step(c, why);

@@ -127,7 +127,7 @@ struct collided {
     int64_t seek_wait_ns;        /* before that */
     int64_t heartbeat_ns;        /* when the next one is due */
     int64_t heartbeat;           /* sequence of the last one */
-    int64_t heard_us_ns;         /* when one, or our announcement, was acknowledged last; 0 = never */
+    int64_t acknowledged_ns;     /* when one, or our announcement, was acknowledged last; 0 = never */
     int64_t all_again_ns;        /* when everything was last announced again */
     bool all_again_wanted;       /* the daemon has lost us: when a second has passed since */
     int64_t newest_poses;        /* sequence of the newest PoseBatch; 0 = none */
@@ -159,7 +159,7 @@ struct collided {
     bool step_resumed;      /* poses were published for it since */
     int32_t step_lacks;     /* poses of it that the daemon refused ... */
     uint8_t step_lacks_why; /* ... and why the first of them was */
-    int64_t simulation_ns;  /* told with poses; 0 = not told */
+    int64_t simulation_ns;  /* told with poses; 0 = not given */
     wire_message *answer;
     collided_rejected *on_rejected;
     void *on_rejected_context;

@@ -360,7 +360,7 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
     return true;
 }
 
-/* What is told in the partition without a name is for those who have no group. */
+/* What is reported in the partition without a name is for those who have no group. */
 static bool open_group(transport_dds *t, int64_t client)
 {
     char replies[WIRE_DDS_PARTITION_MAX];

@@ -209,7 +209,7 @@ static void write_script(FILE *out, const trade *t, const trade_advice *a, const
         "    unset logscale y\n"
         "    set xrange [%.6g:%.6g]\n"
         "    set yrange [0:%.6g]\n"
-        "    set title 'The whole session: deciding and telling'\n"
+        "    set title 'The whole session: deciding and reporting'\n"
         "    set ylabel 'mean of a tick (us)'\n",
         session.x[0], session.x[1], 1e6 * session.y[1]);
     write_names(out, t, session.y[1]);

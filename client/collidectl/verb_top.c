@@ -13,7 +13,7 @@
 typedef struct top {
     ctl *ctl;
     top_sample sample;
-    double heard_s; /* when a Status came last */
+    double last_seen_s; /* when a Status came last */
     bool unheard, on_terminal;
     size_t columns, rows; /* of what was drawn last */
 } top;
@@ -35,7 +35,7 @@ static bool look(top *t)
     bool was_unheard = t->unheard;
     t->unheard = polled == COLLIDED_NO_DAEMON || got == COLLIDED_NO_DAEMON;
     if (got == COLLIDED_OK && top_sample_take(&t->sample, &status)) {
-        t->heard_s = now_s();
+        t->last_seen_s = now_s();
         return true;
     }
     if (polled != COLLIDED_OK) nanosleep(&(struct timespec){0, (long)(1e9 * A_MOMENT_S)}, NULL); /* it did not wait */
@@ -44,7 +44,7 @@ static bool look(top *t)
 
 static double unheard_s(const top *t)
 {
-    return t->unheard ? now_s() - t->heard_s : 0;
+    return t->unheard ? now_s() - t->last_seen_s : 0;
 }
 
 static void print(const top *t)
@@ -111,7 +111,7 @@ static void watch(top *t)
 
 int verb_top(ctl *c)
 {
-    top t = {.ctl = c, .heard_s = now_s()};
+    top t = {.ctl = c, .last_seen_s = now_s()};
     int status = ctl_connect_guest(c);
     if (status) return status;
     top_terminal_catch_signals();

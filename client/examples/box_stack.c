@@ -18,7 +18,7 @@ enum { BOXES = 5, STILL_STEPS = 60 };
 static const double SIDE_M = 0.2, MASS_KG = 1, GRAVITY_M_S2 = 9.81;
 static const double STEP_S = 1.0 / 240;
 static const double RESTITUTION = 0.3, FRICTION = 0.5;
-static const double MARGIN_M = 1e-3;  /* manifolds are told from here on */
+static const double MARGIN_M = 1e-3;  /* manifolds are reported from here on */
 static const double GAP_M = 1e-4;     /* bodies at rest keep this distance; nearer, they touch */
 static const double SLOW_M_S = 0.1;   /* slower impacts do not bounce: two steps of gravity */
 static const double MEND = 0.2;       /* of what a gap is too small by, this share is made up in a step */
@@ -150,7 +150,7 @@ static double fastest(const pile *p, int body)
     return sqrt(vector_dot(v, v)) + sqrt(0.75 * vector_dot(w, w)) * SIDE_M;
 }
 
-/* s: how far the chords are free. Two that part where they are nearest are told as near from the beginning: their
+/* s: how far the chords are free. Two that part where they are nearest are reported as near from the beginning: their
  * points within the margin are held, and the step is short enough for those beyond it. */
 static double free_time(pile *p)
 {

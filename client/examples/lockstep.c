@@ -13,7 +13,7 @@ static vector vector_of(const double v[3])
     return (vector){v[0], v[1], v[2]};
 }
 
-/* ---- what is told ---- */
+/* ---- what is reported ---- */
 
 static int body_named(lockstep *l, const char *name)
 {

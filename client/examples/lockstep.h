@@ -11,7 +11,7 @@ enum { LOCKSTEP_BODIES = 32, LOCKSTEP_TOUCHES = 1024 };
 
 typedef struct lockstep_terms {
     double horizon_s;   /* impacts are predicted for so long */
-    double tolerance_m; /* of the distance at which bodies are when an impact is told */
+    double tolerance_m; /* of the distance at which bodies are when an impact is reported */
     double margin_m;    /* where they are nearer than this, touches tell; 0: where they are in each other */
 } lockstep_terms;
 
@@ -24,7 +24,7 @@ typedef struct lockstep {
     int64_t step, answered[2]; /* by the streams of impacts and of touches */
     long round_trips;
     int64_t begin_ns;                /* of example_now_ns, when all bodies were there */
-    double deepest_m;                /* how deep one body was in another, of all that was told */
+    double deepest_m;                /* how deep one body was in another, of all that was reported */
     impact_heap heap;                /* answer: what is predicted, nearest first */
     touch touches[LOCKSTEP_TOUCHES]; /* answer: where bodies touch, in the order of their numbers */
     size_t touch_count;

@@ -4,7 +4,7 @@
  *       - name: table
  *         group: furniture          # optional
  *         motion: fixed             # or moving, the default
- *         ccd: full                 # or linear, or off, the default: is its way looked at, see collided_ccd
+ *         ccd: full                 # or linear, or off, the default: is its motion swept, see collided_ccd
  *         acceleration: 3           # m/s^2 and rad/s^2, default 0: what is predicted allows for so much
  *         angular_acceleration: 1
  *         category: 2               # bits, as in collided_body_def; with mask and one_way

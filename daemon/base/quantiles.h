@@ -1,6 +1,6 @@
 /* quantiles: how long things took, as shares of a window: half of them at most so long, 99 of 100 at most so long.
- * Eight classes a doubling, so that what is told is at most an eighth above the truth, and never below it. One thread
- * writes and reads; nothing is allocated. */
+ * Eight classes a doubling, so that what is reported is at most an eighth above the truth, and never below it. One
+ * thread writes and reads; nothing is allocated. */
 #ifndef COLLIDED_BASE_QUANTILES_H
 #define COLLIDED_BASE_QUANTILES_H
 

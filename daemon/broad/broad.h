@@ -63,13 +63,13 @@ void broad_update(broad *b, broad_changes *changes);
 
 /* How far a tight box may go before it leaves the fat one, m along each axis and against it. False: it is not inside,
  * or there is none, or not in the index. As the next update will have it. */
-typedef struct broad_room {
+typedef struct broad_region {
     double down[3], up[3];
     aabb fat;
     double least[3]; /* m: while the tight box is as wide, the fat one is not too fat for it; ... */
     bool slim;       /* ... and so it is: only when it leaves it will it get another */
-} broad_room;
-bool broad_room_of(const broad *b, uint32_t proxy, aabb tight, double margin, broad_room *out);
+} broad_region;
+bool broad_region_of(const broad *b, uint32_t proxy, aabb tight, double margin, broad_region *out);
 /* As of the last update: put elsewhere, it has the same fat box, and so the same pairs. */
 broad_move broad_fat_box(const broad *b, uint32_t proxy);
 

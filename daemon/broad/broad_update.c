@@ -166,7 +166,7 @@ static const fbox *coming_box(const broad *b, uint32_t id, place *at)
     return c && c->put ? &c->fat : &p->fat;
 }
 
-bool broad_room_of(const broad *b, uint32_t id, aabb tight, double margin, broad_room *out)
+bool broad_region_of(const broad *b, uint32_t id, aabb tight, double margin, broad_region *out)
 {
     place at;
     if (id >= b->proxies.count) return false;

@@ -408,7 +408,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
     if (later) return true;
     if (why.reason == WIRE_OK)
         session_ack(c, sequence);
-    else /* which may be lost, or not told, and is told again when the message comes again */
+    else /* which may be lost, or not reported, and is reported again when the message comes again */
         apply_reject(s, from, m->kind, client, sequence, object, &why);
     return true;
 }

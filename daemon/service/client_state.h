@@ -62,7 +62,7 @@ typedef struct held_step { /* poses of a lock-step client, until the step is com
     size_t poses;
     int64_t newest;        /* sequence among them; 0: none */
     bool broken;           /* some were refused: it cannot be ended by what is here */
-    int64_t simulation_ns; /* 0: not told */
+    int64_t simulation_ns; /* 0: not given */
 } held_step;
 
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
@@ -89,7 +89,7 @@ typedef struct hearing {
     int64_t newest;         /* PoseBatch that has come, whatever became of it */
     int64_t said, waits_ns; /* the PoseBatch that is waited for, if it is beyond `newest`: since then */
     int64_t said_ns;        /* its last word; 0: it has said none */
-    int64_t report_ns;      /* when it may be told again */
+    int64_t report_ns;      /* when it may be reported again */
     int64_t report_wait_s;  /* 0: it is heard */
 } hearing;
 

@@ -1,5 +1,5 @@
-/* compare: what a tick told against what a recording has of it: the first event, or the first field of a batch, that
- * differs, with both values. Main thread, in a replay. */
+/* compare: what a tick reported against what a recording has of it: the first event, or the first field of a batch,
+ * that differs, with both values. Main thread, in a replay. */
 #ifndef COLLIDED_SERVICE_COMPARE_H
 #define COLLIDED_SERVICE_COMPARE_H
 

@@ -69,7 +69,8 @@ static const config_option OPTIONS[] = {
     {"budget_us", CONFIG_NUMBER, FIELD(budget_us), 0, 10000000, NULL, "0", "us",
         "time that a tick may take; 0: as long as it needs",
         "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
-        "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
+        "keeps an interval that is wider than asked but holds, is reported as stopped by the budget, counted (undone), "
+        "and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
     {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
         "time that finding and deciding pairs, and searching for impacts, may hold a tick; 0: as long as it needs",
@@ -99,8 +100,9 @@ static const config_option OPTIONS[] = {
         "Until nothing more comes, and no body waits for its geometry, its health is starting, and /ready says so; it "
         "works all the same. After ten times as long it is ready in any case, and the log says what still comes."},
     {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",
-        "a stream that has had nothing to tell for so long says that it is alive",
-        "Nothing is told again that has not changed, so a resting scene is silent but for these. A heartbeat carries "
+        "a stream that has had nothing to report for so long says that it is alive",
+        "Nothing is reported again that has not changed, so a resting scene is silent but for these. A heartbeat "
+        "carries "
         "the "
         "number of the last batch, by which a subscriber finds out that it has lost it, and the oldest stamp that what "
         "it was told rests on."},
@@ -188,7 +190,7 @@ static const config_option OPTIONS[] = {
         OF_ONE_A_SECOND("poses"), "A batch that exceeds is refused as a whole."},
     {"memory_limit", CONFIG_WHOLE, FIELD(memory_limit), 0, 1 << 30, NULL, "0", "MiB",
         "memory that the daemon may have resident; 0: half of what the machine, or its cgroup, has",
-        "What would need more is refused, answered with this name, counted (memory_refused) and told as degraded "
+        "What would need more is refused, answered with this name, counted (memory_refused) and reported as degraded "
         "health, before the kernel would end the daemon; poses of bodies that are there go on. New pairs for which "
         "there is no memory are left out as beyond max_pairs; queues of slow readers are cut short. It is the resident "
         "size that counts, so that libraries and what is being built are in it. A cgroup's limit (MemoryMax= of the "
@@ -209,7 +211,7 @@ static const config_option OPTIONS[] = {
         "collidectl record NAME then writes NAME into that folder. The systemd unit may write below "
         "/var/lib/collided only."},
     {"record_events", CONFIG_YES, FIELD(record_events), 0, 0, NULL, "yes", "",
-        "record also what is told, so that a replay that differs says what differs",
+        "record also what is reported, so that a replay that differs says what differs",
         "Without, a recording has the commands and a hash of the events: it is replayed alike, and is smaller. In the "
         "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
     {"record_max_size", CONFIG_WHOLE, FIELD(record_max_size), 1, 1000000000, NULL, "16384", "MiB",
@@ -230,7 +232,8 @@ static const config_option OPTIONS[] = {
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording, wherever in a session that "
         "begins. One that begins in the middle holds the daemon's state, which is believed: replay recordings of "
-        "people whose programs you would run. What decides which commands are refused and what is told (engine, and "
+        "people whose programs you would run. What decides which commands are refused and what is reported (engine, "
+        "and "
         "limits other than rates) is taken from the recording, where it is not given to the replay."},
     {"replay_speed", CONFIG_NUMBER, FIELD(replay_speed), 0, 1000000, NULL, "0", "times",
         "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",

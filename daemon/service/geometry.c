@@ -694,7 +694,7 @@ void geometry_restore_builds(service *s)
 }
 
 /* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in
- * which ends have been told. Of what is built bodies may be that nobody owns any more, and that are yet to go. */
+ * which ends have been reported. Of what is built bodies may be that nobody owns any more, and that are yet to go. */
 void geometry_sweep(service *s)
 {
     bool some_go = world_some_go(s->world);

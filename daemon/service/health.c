@@ -36,7 +36,7 @@ void health_register(service *s)
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
     s->count.batches_skipped =
         metrics_add(m, "batches_skipped", "event batches not sent to a subscriber that was behind: a snapshot follows");
-    s->count.heartbeats = metrics_add(m, "heartbeats", "heartbeats of streams that had nothing to tell");
+    s->count.heartbeats = metrics_add(m, "heartbeats", "heartbeats of streams that had nothing to report");
     s->count.steps = metrics_add(m, "steps", "steps of lock-step that were done");
     s->count.steps_missed = metrics_add(m, "steps_missed", "steps that a lock-step client did not publish in time");
     s->count.events_out = metrics_add(m, "events_out", "events published");
@@ -128,8 +128,8 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "impacts", (int64_t)f.impacts);
     sheet_add(t, "predicted", (int64_t)f.predicted);
     sheet_add(t, "undecided_sweeps", (int64_t)f.undecided);
-    sheet_add(t, "dropped_ways", (int64_t)f.dropped_ways);
-    sheet_add(t, "coarse_ways", (int64_t)f.coarse_ways);
+    sheet_add(t, "dropped_motions", (int64_t)f.dropped_motions);
+    sheet_add(t, "coarse_motions", (int64_t)f.coarse_motions);
     sheet_add(t, "work", (int64_t)f.work);
     sheet_add(t, "undone", (int64_t)f.undone);
     sheet_add(t, "unbounded", (int64_t)f.unbounded);

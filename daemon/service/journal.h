@@ -1,6 +1,6 @@
 /* journal: the bytes that an active daemon hands to its standby: what it applied in a tick, in the order in which it
- * did, and how the tick ended. Both are programs of one release on one kind of machine, which their cards say, so
- * numbers are written as they lie in memory; yet nothing is read beyond the end. Tick thread. */
+ * did, and how the tick ended. Both are programs of one release on one kind of machine, which their announcements say,
+ * so numbers are written as they lie in memory; yet nothing is read beyond the end. Tick thread. */
 #ifndef COLLIDED_SERVICE_JOURNAL_H
 #define COLLIDED_SERVICE_JOURNAL_H
 

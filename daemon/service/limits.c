@@ -91,7 +91,7 @@ bool limits_geometry(service *s, const session *c, const wire_geometry *m, wire_
     return !apply_limit(s, (size_t)((after - 1) / mib), s->config.max_client_geometry, "max_client_geometry", why);
 }
 
-/* May this refusal be told to its client? It is counted in any case. */
+/* May this refusal be reported to its client? It is counted in any case. */
 bool limits_report_reject(service *s, int64_t client)
 {
     session *c = session_find(s, client);

@@ -29,7 +29,7 @@ static const int64_t LEAST_LIMIT = 32 << 20;        /* bytes: the daemon itself,
 
 /* What things take, in bytes, rounded up from what was measured: pairs 1,200 with one subscriber, triangles 360, points
  * of a hull 820. */
-static const int64_t PAIR_BYTES = 3072;    /* and its contact, told to one subscriber */
+static const int64_t PAIR_BYTES = 3072;    /* and its contact, reported to one subscriber */
 static const int64_t WATCH_BYTES = 1536;   /* a pair that one more subscriber is told of, and the event */
 static const int64_t TRIANGLE_BYTES = 512; /* while a mesh is built; 240 when it is there */
 static const int64_t POINT_BYTES = 1024;   /* while a hull is built */

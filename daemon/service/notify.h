@@ -10,7 +10,7 @@ typedef struct notify {
     int64_t next_ns;   /* when the next one is due, monotonic; INT64_MAX: never */
 } notify;
 
-notify notify_start(void); /* reads what the service manager asked for; nothing is told yet */
+notify notify_start(void); /* reads what the service manager asked for; nothing is reported yet */
 void notify_ready(const char *state);
 void notify_state(const char *state);
 void notify_alive(notify *n, int64_t now_ns); /* once a round; tells it when it is due */

@@ -23,7 +23,7 @@ static const family FAMILIES[] = {
         false, NULL},
     {"work_of_", "stream_work_units", "stream", "units of the cascade's work a tick, of this subscriber's pairs", true,
         NULL},
-    {"events_of_", "stream_events_total", "stream", "events told on this stream", false, NULL},
+    {"events_of_", "stream_events_total", "stream", "events reported on this stream", false, NULL},
     {"behind_of_", "stream_messages_behind", "stream", "messages of this stream that its subscriber has not read", true,
         NULL},
     {"lost_client_", "lost_client_bodies", "client", "bodies that stay of a client whose lease ran out", true, NULL},
@@ -118,9 +118,9 @@ static const single SINGLES[] = {
     {"impacts", "impacts found", false},
     {"predicted", "contacts predicted", false},
     {"undecided_sweeps", "searches for a time of impact whose steps ended", false},
-    {"dropped_ways", "bodies that waited for so long that ways of theirs were dropped, not searched for impacts",
+    {"dropped_motions", "bodies that waited for so long that motions of theirs were dropped, not searched for impacts",
         false},
-    {"coarse_ways", "ways of bodies with more poses in a tick than are searched one by one", false},
+    {"coarse_motions", "motions of bodies with more poses in a tick than are searched one by one", false},
 };
 
 __attribute__((format(printf, 2, 3))) static void put_text(page_text *to, const char *format, ...)

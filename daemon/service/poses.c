@@ -146,7 +146,7 @@ static void move(service *s, session *c, const wire_pose_batch *m, size_t chosen
     }
 }
 
-/* Of a body that has waited and is there now: it has gone no way. */
+/* Of a body that has waited and is there now: it has not moved. */
 void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p)
 {
     static const uint8_t teleports[1] = {1};

@@ -1,4 +1,4 @@
-/* record: every command, what each tick told, and the end of every tick, to a file in LCM's log format. A recording
+/* record: every command, what each tick reported, and the end of every tick, to a file in LCM's log format. A recording
  * that begins in the middle starts with what is announced now as if it came anew, for who reads it, and with the whole
  * state, from which a replay goes on. A thread of its own writes it (record_file.h). When the disk refuses, or a limit
  * is reached, the recording ends, is counted, and the world goes on. Tick thread. */
@@ -194,7 +194,7 @@ void record_tick(service *s)
         announce(s);
         return;
     }
-    if (s->record_telling.runs) { /* over some ticks, whose ends are not told; the state is one tick's work */
+    if (s->record_telling.runs) { /* over some ticks, whose ends are not reported; the state is one tick's work */
         (void)record_state_more(s, REPORT_NS);
         return;
     }

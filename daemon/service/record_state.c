@@ -296,7 +296,7 @@ static bool time_is_up(int64_t until_ns)
     return until_ns != INT64_MAX && clock_monotonic_ns() >= until_ns;
 }
 
-/* From the one on that follows what was told last: claims come and go meanwhile, but keep their order. True: all of
+/* From the one on that follows what was reported last: claims come and go meanwhile, but keep their order. True: all of
  * them were told. */
 static bool report_claimed(service *s, const session *c, int64_t until_ns)
 {
@@ -369,7 +369,7 @@ static void report_rest(service *s, session *c)
         record_lost(s, c->client);
 }
 
-/* Bodies stay in their places, those that have come meanwhile are recorded already. True: all of it was told. */
+/* Bodies stay in their places, those that have come meanwhile are recorded already. True: all of it was reported. */
 static bool report_client(service *s, session *c, columns *scratch, int64_t until_ns)
 {
     enum { AT_ONCE = 64 };

@@ -16,7 +16,7 @@ typedef struct progress {
     int64_t ticks, first_different;
     uint64_t recorded_hash;
     bool has_events;      /* some were recorded ... */
-    int64_t differs_tick; /* ... and the first tick in which what was told differs; 0: none */
+    int64_t differs_tick; /* ... and the first tick in which what was reported differs; 0: none */
     difference what;
     int64_t began_ns, first_ns; /* now, and in the recording */
 } progress;
@@ -44,7 +44,8 @@ static void compare_events(void *context, const world_batches *batches)
     link_replay_reported reported = link_replay_events(p->service->links[0]);
     bool differs = batches->hash != (uint64_t)p->tick.events_hash;
     p->has_events |= reported.size != 0;
-    /* Where nothing is recorded, nothing was told, or no events were recorded then: a recording that has some knows. */
+    /* Where nothing is recorded, nothing was reported, or no events were recorded then: a recording that has some
+     * knows. */
     if (p->differs_tick || (!reported.size && !(p->has_events && differs))) return;
     if (!compare_batches(p->service, reported, batches, &p->what)) return;
     p->differs_tick = p->tick.tick;
@@ -118,7 +119,7 @@ static void print_difference(int64_t tick, const difference *d)
 
 static void report_difference(int64_t tick, const difference *d)
 {
-    printf("The first difference in what was told, in tick %" PRId64 ":\n", tick);
+    printf("The first difference in what was reported, in tick %" PRId64 ":\n", tick);
     if (d->event >= 0)
         printf("  stream \"%s\", its event %" PRId64 " (from 0) in that tick:\n", d->stream, d->event);
     else

@@ -154,7 +154,7 @@ static void on_announcement(void *context, const peer_announcement *announcement
     struct standby *p = s->standby;
     peer_announcement *known = announcement_of(p, announcement->sender);
     bool is_new = !known || known->role != announcement->role;
-    if (announcement->epoch > p->heard_epoch) p->heard_epoch = announcement->epoch;
+    if (announcement->epoch > p->seen_epoch) p->seen_epoch = announcement->epoch;
     if (is_new && announcement->alive && strcmp(announcement->release, p->announcement.release) != 0)
         log_warning("%s is of release %s, this one of %s: no pair", announcement->name, announcement->release,
             p->announcement.release);

@@ -69,7 +69,7 @@ void announcements_forget_dead(struct standby *p)
 int64_t announcement_new_line(const service *s)
 {
     int64_t by_clock = wire_new_line(clock_wall_ns());
-    int64_t known = s->epoch > s->standby->heard_epoch ? s->epoch : s->standby->heard_epoch;
+    int64_t known = s->epoch > s->standby->seen_epoch ? s->epoch : s->standby->seen_epoch;
     int64_t above = wire_new_line(known < EPOCH_MOST ? known : 0) + (INT64_C(1) << WIRE_LINE_BITS);
     return by_clock > above ? by_clock : above;
 }

@@ -77,14 +77,14 @@ struct standby {
     int64_t round_ns;               /* of the last round */
     int64_t quiet_ns;               /* the active one stood still: it listens until then before it says anything more */
     ARRAY(peer_announcement) peers;
-    int64_t heard_epoch; /* the highest of their announcements */
+    int64_t seen_epoch; /* the highest of their announcements */
 
     int64_t active;     /* the sender that we follow; 0: nobody */
     bool in_step;       /* its state has come, and every tick since */
     int64_t asked_ns;   /* for its state */
     int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
     bool out_of_step;   /* to be reset as soon as the record is done */
-    bool followed;      /* the active one waits for us: only then are we sure to know all that was told */
+    bool followed;      /* the active one waits for us: only then are we sure to know all that was reported */
     int64_t missed;     /* we stood still for so long that it may wait for us no more: our question whether it does, a
                            number; 0: it does */
     bool left;          /* the active one has left in order */
@@ -93,7 +93,7 @@ struct standby {
 
     int64_t follower;  /* the active one: the standby that is in step, by its sender; 0: none */
     int64_t lost_ns;   /* it gives no sign of life: since then; 0: it does */
-    int64_t sure_tick; /* it is sure to know all that was told when it has this one; ... */
+    int64_t sure_tick; /* it is sure to know all that was reported when it has this one; ... */
     bool sure;         /* ... it has */
     int64_t doubted;   /* the active one stood still: its standby then, which may have taken over since; 0: none */
     int64_t dropped;   /* one that is not waited for until it joins anew */

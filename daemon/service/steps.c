@@ -452,7 +452,7 @@ void steps_complete(service *s)
     metric_count(s->count.steps, 1);
 }
 
-/* ---- when all of it is told ---- */
+/* ---- when all of it is reported ---- */
 
 static bool has_pending(const service *s, const session *c)
 {

@@ -52,7 +52,7 @@ typedef struct stream {
     int64_t inherited;   /* the last one of the daemon that this one took over from, as far as it knows */
     int64_t reported_ns; /* when it last said something, monotonic */
     uint64_t work;       /* units of the world's, told in Status so far */
-    uint64_t events;     /* told on it */
+    uint64_t events;     /* reported on it */
     int64_t recorded;    /* the number of its last batch in a recording */
     backlog backlog;
 } stream;

@@ -23,7 +23,7 @@ void episodes_free(episodes *e)
     free(e->pair_bytes);
 }
 
-/* ---- taking what was told ---- */
+/* ---- taking what was reported ---- */
 
 static bool begins(uint8_t kind)
 {

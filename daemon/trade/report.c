@@ -68,7 +68,7 @@ void report_rows(FILE *out, const trade_result *t)
         episodes_missing(t->reported[level], t->reported[TRADE_EXACT], false_ones[level]);
     }
     for (size_t pair = 0; pair <= METER_PAIRS; pair++) {
-        char name[64] = "bodies"; /* what is told of whole ones, and batches without events */
+        char name[64] = "bodies"; /* what is reported of whole ones, and batches without events */
         bool shown = false;
         if (pair < METER_PAIRS)
             snprintf(name, sizeof name, "%s-%s", shape_type_name((shape_type)(pair / SHAPE_TYPE_COUNT)),

@@ -6,7 +6,7 @@
  *   answers ASKED MEASURED
  *   row PAIR ACCURACY MEASURED TIME_MEAN_NS TIME_P99_NS ERRORS ERROR_MAX_M ERROR_MEAN_M OUTSIDE EVENTS MISSED FALSE
  *       BYTES_PER_S TICK_MEAN_NS TICK_P99_NS
- *   end                                   all of it has been told
+ *   end                                   all of it has been reported
  *
  * A row for each pair of shape types and level, then one for "all" of them, which alone has times of ticks: of those
  * that are not left out. */

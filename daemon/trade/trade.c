@@ -129,7 +129,7 @@ static int open_run(run *r, size_t level, const config *c)
     return EX_OK;
 }
 
-/* All streams are read: what is told to nobody would cost nothing. */
+/* All streams are read: what is reported to nobody would cost nothing. */
 static void read_streams(run *r)
 {
     service *s = r->service;

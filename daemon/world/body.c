@@ -87,8 +87,8 @@ static uint32_t new_body(world *w)
     return id;
 }
 
-/* Under another name it is another body: what was told under the old one ends. So it is for a stale one that changes
- * its group: who was told that it is unknown may not hear of it any more. */
+/* Under another name it is another body: what was reported under the old one ends. So it is for a stale one that
+ * changes its group: who was told that it is unknown may not hear of it any more. */
 static bool is_another(const body *b, const world_body *def)
 {
     return strcmp(b->name, def->name) != 0 || (b->stale && strcmp(b->group, def->group ? def->group : "") != 0);
@@ -163,9 +163,9 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular)
         *linear = b->linear;
         *angular = b->angular;
     } else if (b->speed == SPEED_ESTIMATED) {
-        motion way = motion_between(b->before, b->pose, 1e-9 * (double)stamps_between(b->before_ns, b->stamp_ns));
-        *linear = way.linear;
-        *angular = way.angular;
+        motion swept = motion_between(b->before, b->pose, 1e-9 * (double)stamps_between(b->before_ns, b->stamp_ns));
+        *linear = swept.linear;
+        *angular = swept.angular;
     }
 }
 

@@ -1,10 +1,11 @@
 /* bounds: what can be said of a pair without a search: an interval by its boxes, one axis or two, and a support point a
- * shape. What is told of it is wider by a slack, and then stands until one has moved by that relative to the other: so
- * long the pair costs a motion bound a tick, and nobody needs to be told anew. Pure but for the pair's own record. */
+ * shape. What is reported of it is wider by a slack, and then stands until one has moved by that relative to the other:
+ * so long the pair costs a motion bound a tick, and nobody needs to be reported anew. Pure but for the pair's own
+ * record. */
 #include "cascade.h"
 #include "state.h"
 
-/* Of the pair's size: how far one may move before what was told by bounds is looked at again. */
+/* Of the pair's size: how far one may move before what was reported by bounds is looked at again. */
 static const double SLACK = 0.25, SLACK_OF_BUDGET = 0.05;
 static const double SLACK_OF_GAP = 0.25; /* of the lower bound: who is far away can be told less often */
 
@@ -43,7 +44,7 @@ static double travelled_since(double now, double then)
     return now - then + 0x1p-50 * now;
 }
 
-/* The way that they went is quicker to look at than how far they got. */
+/* Their motion is quicker to look at than how far they got. */
 bool bounds_stand(const world *w, const pair *p)
 {
     const standing *s = &p->standing;

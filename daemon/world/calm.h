@@ -4,14 +4,14 @@
 
 #include "state.h"
 
-/* Finds the room of a body whose shapes have just been put into the broad phase. */
+/* Finds the free-motion region of a body whose shapes have just been put into the broad phase. */
 void calm_find(const world *w, body *b);
-/* Where calm_holds has become false: is the body still within its fat box at that pose? Then its room is there. */
+/* Where calm_holds has become false: is the body still within its fat box at that pose? Then its region is there. */
 bool calm_find_again(body *b, const pose *at);
 /* Is it within, at that position (what the fourth number is does not matter) and quaternion? Then its boxes stay where
- * they are. A NAN is not. In floats, whose rounding the room allows for. */
+ * they are. A NAN is not. In floats, whose rounding the region allows for. */
 static inline __attribute__((always_inline)) bool calm_holds_at(
-    const calm_room *r, const calm_wide *p, const calm_wide *q)
+    const calm_region *r, const calm_wide *p, const calm_wide *q)
 {
     static const calm_bits magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
     static const int64_t fourth = INT64_MIN >> 31;
@@ -24,7 +24,7 @@ static inline __attribute__((always_inline)) bool calm_holds_at(
 static inline bool calm_holds(const body *b, const pose *at)
 {
     const calm_wide p = {at->p.x, at->p.y, at->p.z, 0}, q = {at->q.w, at->q.x, at->q.y, at->q.z};
-    return calm_holds_at(&b->room, &p, &q);
+    return calm_holds_at(&b->region, &p, &q);
 }
 
 #endif

@@ -188,7 +188,7 @@ static inline bool is_stale(const world *w, const pair *p)
 }
 
 /* What lies beyond the caches in a large world is asked for while other pairs are worked on: a pair, then its two
- * colliders and what was told of it, then where their bodies are. */
+ * colliders and what was reported of it, then where their bodies are. */
 static inline void fetch_pair(const world *w, uint32_t id)
 {
     enum { A_LINE = 64 };

@@ -27,7 +27,7 @@ void cascade_decide(world *w);
 double pair_size(const collider *a, const collider *b); /* m: the finite reaches */
 
 /* bounds.c */
-bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
+bool bounds_stand(const world *w, const pair *p); /* does what was reported by bounds still hold? */
 void bounds_travel(const world *w, body *b);      /* a body has moved, or its shapes are others */
 /* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
  */

@@ -11,7 +11,7 @@ static void shift_stamp(int64_t *stamp_ns, int64_t old_ns, int64_t by_ns)
     if (*stamp_ns > by_ns && *stamp_ns > old_ns - NEAR_NS && *stamp_ns < old_ns + NEAR_NS) *stamp_ns -= by_ns;
 }
 
-static void shift_past(past_way *p, int64_t old_ns, int64_t by_ns)
+static void shift_past(past_motion *p, int64_t old_ns, int64_t by_ns)
 {
     shift_stamp(&p->from_ns, old_ns, by_ns);
     shift_stamp(&p->to_ns, old_ns, by_ns);

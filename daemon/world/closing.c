@@ -2,8 +2,8 @@
  *
  * That may be a million contacts. So all of it is cut off at once, as a list of its own (what is on it is old), and
  * ended in slices: the newest first, those of a tick in the order of their ids. Nothing begins twice meanwhile: an old
- * watch ends before anything is told of its pair under new terms (watch_find). A subscription is closed, and gets its
- * snapshot, when nothing of it is old. Counted, so that it follows from the commands and the slices. */
+ * watch ends before anything is reported of its pair under new terms (watch_find). A subscription is closed, and gets
+ * its snapshot, when nothing of it is old. Counted, so that it follows from the commands and the slices. */
 #include "events.h"
 #include "subscription.h"
 

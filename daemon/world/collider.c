@@ -67,7 +67,7 @@ double body_margin(const world *w, const collider *s)
     return w->options.margin * reach;
 }
 
-/* Dirty and calm: it went the long road because ways count, or else because it has left its room. */
+/* Dirty and calm: it took the full update because swept motions count, or else because it has left its region. */
 static inline bool is_spared(const world *w, const body *b)
 {
     return b->is_calm && !may_glide(w);
@@ -80,7 +80,7 @@ static inline void fetch_ahead(const world *w, size_t i)
     if (i + CALM_AHEAD >= w->dirty.count) return;
     const body *b = &w->bodies.at[w->dirty.at[i + CALM_AHEAD]];
     __builtin_prefetch(&b->pose);
-    __builtin_prefetch(&b->room, 1);
+    __builtin_prefetch(&b->region, 1);
     b = &w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
     if (!is_spared(w, b))
         for (size_t at = offsetof(body, before); at < offsetof(body, name); at += LINE)

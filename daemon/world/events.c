@@ -1,6 +1,6 @@
 /* events: what the outcomes of a tick mean to each subscription: begin, update, end, near, far. Impacts and what is
- * predicted are told by events_impact.c, the unknown by events_stale.c, what is due without news by events_due.c. Tick
- * thread.
+ * predicted are reported by events_impact.c, the unknown by events_stale.c, what is due without news by events_due.c.
+ * Tick thread.
  *
  * Pairs are walked in the order of their colliders' ids and subscriptions by theirs, so ids and order of events follow
  * from the commands, and from nothing that is in the broad phase: neither how fat its boxes are, nor in which order it

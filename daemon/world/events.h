@@ -17,7 +17,7 @@ void events_emit(world *w, uint32_t subscription, const world_event *e, uint8_t 
 /* A body as a whole is unknown, or known again. */
 void events_emit_body(world *w, uint32_t body, uint32_t subscription, uint8_t kind, uint8_t cause);
 
-/* The same as told to nobody yet. */
+/* The same as reported to nobody yet. */
 world_event events_of_body(const world *w, uint32_t body);
 /* What it says is as old as the poses are now. */
 void events_refresh_ages(const world *w, const watch *v, world_event *e);
@@ -37,7 +37,7 @@ void events_turn_round(world_event *e);
 bool events_may_update(const world *w, const subscription *i);
 
 /* Watches: what one subscription was told of one pair. */
-int64_t watch_id(const watch *v); /* of what was told first; 0: nothing stands */
+int64_t watch_id(const watch *v); /* of what was reported first; 0: nothing stands */
 const world_event *watch_last(const watch *v);
 /* WORLD_NONE: there is none. An old one ends here. */
 uint32_t watch_find(world *w, const pair *p, uint32_t subscription);

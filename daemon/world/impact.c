@@ -12,19 +12,19 @@ static const double FINEST_SEARCH = 1e-10;
 
 /* ---- which searches ---- */
 
-static bool has_ways(const body *b)
+static bool has_swept_motions(const body *b)
 {
     return b->moved || b->past.count;
 }
 
-static bool wants_way(const body *a, const body *b)
+static bool wants_swept_motion(const body *a, const body *b)
 {
-    return (has_ways(a) || has_ways(b)) && (a->ccd != WORLD_CCD_OFF || b->ccd != WORLD_CCD_OFF);
+    return (has_swept_motions(a) || has_swept_motions(b)) && (a->ccd != WORLD_CCD_OFF || b->ccd != WORLD_CCD_OFF);
 }
 
 static bool may_do_something(const body *b)
 {
-    return body_has_course(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
+    return body_has_predicted_motion(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
 }
 
 static void add(world *w, uint32_t active, uint32_t id, bool predicts, uint64_t tick)
@@ -55,7 +55,7 @@ static void add_ways_of(world *w, uint32_t active, const pair *p, uint64_t tick)
 }
 
 /* What both keep since it was decided last, tick by tick, and then how they came in this one. */
-static void add_ways(world *w, uint32_t active, const pair *p, const body *a, const body *b)
+static void add_swept_motions(world *w, uint32_t active, const pair *p, const body *a, const body *b)
 {
     uint64_t now = w->figures.ticks;
     if (w->past_bodies.count)
@@ -71,9 +71,9 @@ static void collect(world *w)
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
-        if ((a->stale && !has_ways(a)) || (b->stale && !has_ways(b)))
+        if ((a->stale && !has_swept_motions(a)) || (b->stale && !has_swept_motions(b)))
             continue; /* too late is not too late for what was */
-        if (a->impacts && b->impacts && wants_way(a, b)) add_ways(w, (uint32_t)k, p, a, b);
+        if (a->impacts && b->impacts && wants_swept_motion(a, b)) add_swept_motions(w, (uint32_t)k, p, a, b);
         if (a->stale || b->stale) continue;
         if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_predicted(w, p)))
             add_of_pair(w, (uint32_t)k, WORLD_PREDICT, w->figures.ticks, p->predicted_from);
@@ -90,8 +90,8 @@ static double seconds(int64_t ns)
 /* m: how far any point of the other one may be from this one's origin while a half-space turns towards it. */
 static double arm_of_plane(const body *b, const body *other, const collider *s, double span)
 {
-    motion course = body_course(b), others = body_course(other);
-    double line = vec_norm(course.linear) + vec_norm(others.linear), accelerations = b->acceleration;
+    motion predicted = body_predicted_motion(b), others = body_predicted_motion(other);
+    double line = vec_norm(predicted.linear) + vec_norm(others.linear), accelerations = b->acceleration;
     accelerations += other->fixed ? 0 : other->acceleration;
     return vec_norm(vec_sub(other->pose.p, b->pose.p)) + vec_norm(s->local.p) + s->reach + line * span +
            0.5 * accelerations * span * span;
@@ -112,8 +112,8 @@ static int64_t newest(const body *a, const body *b)
     return a->stamp_ns > b->stamp_ns ? a->stamp_ns : b->stamp_ns;
 }
 
-/* s: how long the longer way takes. */
-static double set_way(const world *w, sweep *s, const body *a, const body *b)
+/* s: how long the longer motion takes. */
+static double set_swept_motion(const world *w, sweep *s, const body *a, const body *b)
 {
     int64_t span_a = body_span_ns(w, a), span_b = body_span_ns(w, b), span = span_a > span_b ? span_a : span_b;
     const body *longer = span_a >= span_b ? a : b;
@@ -131,22 +131,22 @@ static double lag_of(const body *b, int64_t start_ns)
 
 /* Both from the newest pose on: an older one is carried on to it. What is predicted ends a horizon after the older one:
  * so far reach the boxes. `known`: where both are then. */
-static double set_courses(
+static double set_predicted_motions(
     const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb, bool *known)
 {
     int64_t stamp_ns = newest(a, b);
     double lag_a = lag_of(a, stamp_ns), lag_b = lag_of(b, stamp_ns);
-    ma->motion = body_course(a);
-    mb->motion = body_course(b);
+    ma->motion = body_predicted_motion(a);
+    mb->motion = body_predicted_motion(b);
     bool known_a = motion_begin_at(&ma->motion, lag_a), known_b = motion_begin_at(&mb->motion, lag_b);
     *known = known_a && known_b;
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
-    s->estimated =
-        (body_has_course(a) && a->speed == SPEED_ESTIMATED) || (body_has_course(b) && b->speed == SPEED_ESTIMATED);
+    s->estimated = (body_has_predicted_motion(a) && a->speed == SPEED_ESTIMATED) ||
+                   (body_has_predicted_motion(b) && b->speed == SPEED_ESTIMATED);
     return w->subscriptions.at[s->subscription].horizon - fmax(lag_a, lag_b);
 }
 
-/* m: by how much more than wander t^2 / 2 one may be elsewhere that has accelerated since it was heard of. */
+/* m: by how much more than wander t^2 / 2 one may be elsewhere that has accelerated since it was last seen. */
 static double drift_of(const body *b, const sweep *s, double wander, double span)
 {
     double lag = lag_of(b, s->start_ns);
@@ -158,14 +158,15 @@ static bool can_turn(const motion *m, double span)
     return vec_norm(m->angular) * span <= MOTION_ANGLE_MAX;
 }
 
-/* Were they in contact at the last tick, where the search begins? A way that does not turn begins in the orientation of
- * its end: how the bodies stood is another question then; so it is where the rounding of the motion leaves it open. */
+/* Were they in contact at the last tick, where the search begins? A swept motion that does not turn begins in the
+ * orientation of its end: how the bodies stood is another question then; so it is where the rounding of the motion
+ * leaves it open. */
 static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover *y, const body *a, const body *b,
     const toi_request *request, void *scratch)
 {
     const toi_result *r = &s->result;
     if (s->predicts || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
-    bool both_turn = body_way_turns(a) && body_way_turns(b), clear = r->gap_lo > request->threshold;
+    bool both_turn = body_motion_turns(a) && body_motion_turns(b), clear = r->gap_lo > request->threshold;
     if (both_turn && (clear || r->gap_hi <= request->threshold)) return !clear;
     narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
     narrow_result n;
@@ -190,9 +191,9 @@ static void find_along(const world *w, sweep *s, const pair *p, const toi_mover 
     if (!w->options.caches && vec_max_abs(guess) > 0) toi_find(a, b, request, VEC_ZERO, scratch, &s->result);
 }
 
-/* A pair that took a search to be predicted free is given an axis for the next tick; ways are too short to be worth it.
- * Read only: what was found is kept by keep_axis, because several subscriptions may ask for one pair. `known`: where
- * they begin. */
+/* A pair that took a search to be predicted free is given an axis for the next tick; swept motions are too short to be
+ * worth it. Read only: what was found is kept by keep_axis, because several subscriptions may ask for one pair.
+ * `known`: where they begin. */
 static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b, bool known,
     const toi_request *request, void *scratch)
 {
@@ -219,7 +220,7 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
 /* Both ways take as long as the longer one, so that they are where they are at the same share of it. Leg by leg, the
  * shorter of the two; a hit ends it, or what is not known to be free. What a search may take is for all legs together.
  */
-static void search_ways(const world *w, sweep *s, const pair *p, const body *a, const body *b, toi_mover *ma,
+static void search_swept_motions(const world *w, sweep *s, const pair *p, const body *a, const body *b, toi_mover *ma,
     toi_mover *mb, toi_request *request, void *scratch)
 {
     double span = fmax(body_span(w, a), body_span(w, b));
@@ -270,10 +271,10 @@ static void search(const world *w, sweep *s, void *scratch)
     const subscription *i = &w->subscriptions.at[s->subscription];
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
     bool known = true;
-    double span = s->predicts ? set_courses(w, s, a, b, &ma, &mb, &known) : set_way(w, s, a, b);
+    double span = s->predicts ? set_predicted_motions(w, s, a, b, &ma, &mb, &known) : set_swept_motion(w, s, a, b);
     double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
     s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
-    if (!(span > 0)) return; /* one of them was last heard of a horizon ago */
+    if (!(span > 0)) return; /* one of them was last seen a horizon ago */
     double wander_a = s->predicts ? wander_of(a, x, b, y, i->horizon) : 0;
     double wander_b = s->predicts ? wander_of(b, y, a, x, i->horizon) : 0;
     double drift = s->predicts ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
@@ -286,7 +287,7 @@ static void search(const world *w, sweep *s, void *scratch)
     if (s->predicts)
         find(w, s, p, &ma, &mb, known, &request, scratch);
     else
-        search_ways(w, s, p, a, b, &ma, &mb, &request, scratch);
+        search_swept_motions(w, s, p, a, b, &ma, &mb, &request, scratch);
     s->began = began_in_contact(s, &ma, &mb, a, b, &request, scratch);
 }
 

@@ -85,9 +85,9 @@ static uint64_t expected_of(const world *w, const pair *p)
 uint64_t impact_units(const world *w, const pair *p)
 {
     const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
-    bool ways = x->impacts && y->impacts, courses = x->horizon > 0 && y->horizon > 0;
-    if (!w->sweepers || !(ways || courses)) return 0;
-    uint64_t searches = 1 + (ways && w->past_bodies.count ? past_waiting(w, p, x, y) : 0);
+    bool swept_motions = x->impacts && y->impacts, predicted_motions = x->horizon > 0 && y->horizon > 0;
+    if (!w->sweepers || !(swept_motions || predicted_motions)) return 0;
+    uint64_t searches = 1 + (swept_motions && w->past_bodies.count ? past_waiting(w, p, x, y) : 0);
     return searches * expected_of(w, p);
 }
 

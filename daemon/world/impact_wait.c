@@ -1,8 +1,9 @@
 /* impact_wait: pairs whose searches a tick has put off. They wait in lists by the owners of their bodies, take turns,
- * and are decided again in the next ticks, as far as a share of the slice goes; until then what was told of them
- * stands, and they count as pending. A pair remembers how far its searches have come: those for its ways are in the
- * order of ticks and subscriptions, and go on where they ended; so do those for what is predicted, in rounds over its
- * subscriptions: where its bodies have changed since a round began, it is followed by another one. Tick thread. */
+ * and are decided again in the next ticks, as far as a share of the slice goes; until then what was reported of them
+ * stands, and they count as pending. A pair remembers how far its searches have come: those for its swept motions are
+ * in the order of ticks and subscriptions, and go on where they ended; so do those for what is predicted, in rounds
+ * over its subscriptions: where its bodies have changed since a round began, it is followed by another one. Tick
+ * thread. */
 #include "state.h"
 
 enum { PART = 2 /* of a slice */ };
@@ -41,7 +42,7 @@ size_t impact_waiting_of(const world *w, uint64_t owner)
 static void count_body(world *w, uint32_t collider, const pair *p, bool anew)
 {
     body *b = &w->bodies.at[w->colliders.at[collider].body];
-    b->ways_left += p->ways_wait;
+    b->swept_left += p->swept_wait;
     if (b->searches_left++) return;
     if (anew) b->searcher = b->owner;
     searcher_of(w, b->searcher)->count++;
@@ -51,7 +52,7 @@ static void count_body(world *w, uint32_t collider, const pair *p, bool anew)
 static void uncount_body(world *w, uint32_t collider, const pair *p)
 {
     body *b = &w->bodies.at[w->colliders.at[collider].body];
-    b->ways_left -= p->ways_wait;
+    b->swept_left -= p->swept_wait;
     if (--b->searches_left) return;
     searcher_of(w, b->searcher)->count--;
     w->searching_bodies--;
@@ -93,17 +94,17 @@ void impact_forget(world *w, uint32_t id)
     take_out(w, id);
     uncount_body(w, p->a, p);
     uncount_body(w, p->b, p);
-    p->search_waits = p->ways_wait = false;
+    p->search_waits = p->swept_wait = false;
     w->searching--;
 }
 
 /* Behind the others that wait. */
-static void wait(world *w, uint32_t id, bool ways)
+static void wait(world *w, uint32_t id, bool swept_motions)
 {
     pair *p = &w->pairs.at[id];
     impact_forget(w, id);
     p->search_waits = true;
-    p->ways_wait = ways;
+    p->swept_wait = swept_motions;
     p->wait_list = (uint8_t)impact_list_of(w, p);
     put_last(w, id);
     count_body(w, p->a, p, true);
@@ -143,7 +144,7 @@ const char *impact_wait_validate(const world *w)
 
 const char *impact_wait_restored(world *w)
 {
-    for (size_t i = 0; i < w->bodies.count; i++) w->bodies.at[i].searches_left = w->bodies.at[i].ways_left = 0;
+    for (size_t i = 0; i < w->bodies.count; i++) w->bodies.at[i].searches_left = w->bodies.at[i].swept_left = 0;
     for (size_t i = 0; i < w->pairs.count; i++) {
         const pair *p = &w->pairs.at[i];
         if (!p->used || !p->search_waits) continue;

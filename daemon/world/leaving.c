@@ -1,14 +1,14 @@
 /* leaving: bodies are removed, or get other shapes, that have very many pairs. Tick thread.
  *
  * Where what was removed since the last tick has more pairs than a share of the slice, its colliders leave: they are
- * ghosts that are nowhere any more, but whose pairs are still to be ended, in slices, and with them what was told.
+ * ghosts that are nowhere any more, but whose pairs are still to be ended, in slices, and with them what was reported.
  * Their ids, and names in events, stay until then. What gets the same name meanwhile, or the same body with its new
  * shapes, is held back: it is in no subscription, so that under a name one thing ends before another begins. All of it
  * is counted. */
 #include "match.h"
 #include "state.h"
 
-enum { A_PAIR = 1500 /* units: its end, with what is told */, PART = 4 /* of a slice, at most */ };
+enum { A_PAIR = 1500 /* units: its end, with what is reported */, PART = 4 /* of a slice, at most */ };
 
 static leaver *leaver_of(world *w, uint64_t owner)
 {

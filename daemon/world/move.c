@@ -1,6 +1,6 @@
 /* move: poses come, by the million. Tick thread.
  *
- * Almost all of them are of calm bodies, in their rooms, that have moved since the last tick before: of these a pose
+ * Almost all of them are of calm bodies, in their regions, that have moved since the last tick before: of these a pose
  * looks at two cache lines of the body and writes one. */
 #include "calm.h"
 #include "state.h"
@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <string.h>
 
-/* Given, or to be estimated from the way since `before` where both are stamped. */
+/* Given, or to be estimated from the motion since `before` where both are stamped. */
 static inline void set_speed(body *b, const vec3 *linear, const vec3 *angular)
 {
     bool stamped = b->stamp_ns && b->before_ns && b->stamp_ns > b->before_ns;
@@ -27,7 +27,7 @@ static inline void keep_before(const world *w, body *b)
     b->before_ns = b->stamp_ns;
 }
 
-/* A calm body that stays in its room: there is nothing that a tick could do about it. `to` is settled. */
+/* A calm body that stays in its region: there is nothing that a tick could do about it. `to` is settled. */
 static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
 {
     if (!b->is_calm || b->dirty || !(calm_holds(b, to) || calm_find_again(b, to))) return false;
@@ -110,7 +110,7 @@ static inline void fetch_to_move(const world *w, uint32_t id)
     if (id >= w->bodies.count) return;
     const body *b = &w->bodies.at[id];
     __builtin_prefetch(&b->pose, 1);
-    __builtin_prefetch(&b->room, 1);
+    __builtin_prefetch(&b->region, 1);
     __builtin_prefetch(&b->before, 1);
 }
 
@@ -134,7 +134,7 @@ static void move_one(world *w, const world_poses *p, size_t i, size_t at, const 
 /* A stamp that is as much newer than the last tick is of a clock that has been set back since, or is wrong. */
 static const int64_t AHEAD_NS = 2000000000;
 
-/* A way back in time is none. But nothing would be taken for a body whose stamp is ahead until that time comes. Held
+/* A motion back in time is none. But nothing would be taken for a body whose stamp is ahead until that time comes. Held
  * against the last tick, as a replay does. When it was announced is no time of its pose, and may be by another clock
  * than those of its poses, a simulator's: the first that is older takes its place, and then there was no stamp. */
 static inline bool is_older(const world *w, body *b, const world_poses *p, size_t at)
@@ -188,12 +188,12 @@ static inline __attribute__((always_inline)) size_t glide_run(world *w, const wo
         calm_wide to, q;
         if (ahead < known) {
             __builtin_prefetch(&bodies[ahead].pose, 1);
-            __builtin_prefetch(&bodies[ahead].room);
+            __builtin_prefetch(&bodies[ahead].region);
         }
         if (ids[i] >= known || (state_of(b) & look) != must || b->glided != round || stamp_ns < b->stamp_ns) break;
         memcpy(&to, position, sizeof to);
         memcpy(&q, turn, sizeof q);
-        if (!is_settled(turn, &q) || !calm_holds_at(&b->room, &to, &q)) break;
+        if (!is_settled(turn, &q) || !calm_holds_at(&b->region, &to, &q)) break;
         memcpy(&b->pose.p, position, sizeof b->pose.p);
         memcpy(&b->pose.q, &q, sizeof b->pose.q);
         b->stamp_ns = stamp_ns;

@@ -202,8 +202,8 @@ static void end(world *w, uint32_t id)
 
 /* ---- whose boxes have parted ----
  *
- * Boxes are fat, and by how much must not show: nothing that is told follows from them. A pair that somebody has been
- * told of lingers, and is decided like any other, until its last watch has ended. */
+ * Boxes are fat, and by how much must not show: nothing that is reported follows from them. A pair that somebody has
+ * been told of lingers, and is decided like any other, until its last watch has ended. */
 
 static bool may_linger(world *w, const pair *p)
 {
@@ -310,7 +310,7 @@ static void find_latecomer(void *context, uint32_t other)
         array_push(&l->keys, pair_key(l->proxy, other));
 }
 
-/* In units, with finding, deciding and telling of it. */
+/* In units, with finding, deciding and reporting of it. */
 enum { A_LATECOMER = 4000, A_PASSED = 50, LET_IN_PART = 4 /* of a slice, at most */, LET_IN_AT_LEAST = 64 };
 
 static size_t most_looked_at(const world *w, uint64_t each)
@@ -374,7 +374,8 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 
 /* ---- the active list ---- */
 
-/* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is told again. */
+/* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is reported again.
+ */
 enum { A_LOOK = 150, A_WATCH = 1500 };
 
 static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pair *p, bool reported, bool is_new)

@@ -1,13 +1,13 @@
-/* past: ways of ticks that are over, kept as long as a slice keeps pairs waiting that may have met on them.
+/* past: motions of ticks that are over, kept as long as a slice keeps pairs waiting that may have met on them.
  *
  * A body that is due, or has left a pair to another that is, keeps how it went in each tick until all of its pairs have
- * been decided; its box holds all of that, so that whoever crossed one of these ways is found, however late. A pair is
- * then searched tick by tick, from the one in which it was decided last on, each as it would have been then: what is
+ * been decided; its box holds all of that, so that whoever crossed one of these motions is found, however late. A pair
+ * is then searched tick by tick, from the one in which it was decided last on, each as it would have been then: what is
  * told is what a world that is not cut tells, only later. Where one of the two has kept nothing it stood, or all that
  * it met before has been decided.
  *
- * Of a body that waits for very long the oldest ways are dropped; each subscription in its impacts is told so: it may
- * have met anything. All of it follows from counts. Tick thread, but for past_body. */
+ * Of a body that waits for very long the oldest motions are dropped; each subscription in its impacts is told so: it
+ * may have met anything. All of it follows from counts. Tick thread, but for past_body. */
 #include "base/sort.h"
 #include "events.h"
 #include "match.h"
@@ -15,8 +15,8 @@
 #include <stdlib.h>
 
 enum {
-    WAYS_MOST = 16,          /* of a body; as a tick brings one, so many ticks */
-    ALL_WAYS_MOST = 1 << 18, /* of all bodies: some 80 MB */
+    PAST_MOTIONS_MOST = 16,          /* of a body; as a tick brings one, so many ticks */
+    ALL_PAST_MOTIONS_MOST = 1 << 18, /* of all bodies: some 80 MB */
 };
 
 /* ---- what is kept ---- */
@@ -26,22 +26,22 @@ static uint64_t later(uint64_t a, uint64_t b)
     return a > b ? a : b;
 }
 
-static void free_ways(world *w, body *b)
+static void free_past_motions(world *w, body *b)
 {
     for (size_t i = 0; i < b->past.count; i++) free(b->past.at[i].passed);
-    w->past_ways -= b->past.count;
+    w->past_motions -= b->past.count;
     array_free(&b->past);
 }
 
-/* Of all its ways up to this tick: it may have met anything since the first of them. */
+/* Of all its motions up to this tick: it may have met anything since the first of them. */
 static void report_dropped(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     match_list all = match_of_class(&w->match, b->match);
-    const past_way *first = b->past.count ? &b->past.at[0] : NULL;
+    const past_motion *first = b->past.count ? &b->past.at[0] : NULL;
     world_event e = events_of_body(w, id);
     b->past_reported = w->figures.ticks;
-    w->figures.dropped_ways++;
+    w->figures.dropped_motions++;
     e.impact = (world_impact){.lo = 0,
         .hi = INFINITY,
         .start_ns = first ? past_start_ns(first) : w->last_tick_ns,
@@ -59,7 +59,7 @@ static void drop_oldest(world *w, uint32_t id)
     free(b->past.at[0].passed);
     b->past_since = b->past.at[0].tick;
     memmove(b->past.at, b->past.at + 1, --b->past.count * sizeof *b->past.at);
-    w->past_ways--;
+    w->past_motions--;
 }
 
 static void list(world *w, uint32_t id)
@@ -69,30 +69,31 @@ static void list(world *w, uint32_t id)
     b->past_listed = true;
 }
 
-static void add_way(world *w, uint32_t id, const past_way *way)
+static void add_past_motion(world *w, uint32_t id, const past_motion *swept)
 {
     body *b = &w->bodies.at[id];
     list(w, id);
-    if (b->past.count && (b->past.count == WAYS_MOST || w->past_ways >= ALL_WAYS_MOST)) drop_oldest(w, id);
-    array_push(&b->past, *way);
-    w->past_ways++;
+    if (b->past.count && (b->past.count == PAST_MOTIONS_MOST || w->past_motions >= ALL_PAST_MOTIONS_MOST))
+        drop_oldest(w, id);
+    array_push(&b->past, *swept);
+    w->past_motions++;
 }
 
-static aabb box_of_way(const world *w, const body *b)
+static aabb box_of_swept_motion(const world *w, const body *b)
 {
     aabb box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (size_t k = 0; k < b->shape_count; k++) {
         const collider *s = &w->colliders.at[b->shapes[k]];
-        box = aabb_union(box, body_way_bounds(w, b, s, s->box));
+        box = aabb_union(box, body_motion_bounds(w, b, s, s->box));
     }
     return box;
 }
 
-static void keep_way(world *w, uint32_t id)
+static void keep_past_motion(world *w, uint32_t id)
 {
     const body *b = &w->bodies.at[id];
     pose from = body_before(b);
-    past_way way = {.tick = w->figures.ticks,
+    past_motion swept = {.tick = w->figures.ticks,
         .from = from,
         .to = b->pose,
         .from_ns = b->moved ? b->before_ns : b->stamp_ns,
@@ -100,34 +101,34 @@ static void keep_way(world *w, uint32_t id)
         .span_ns = body_span_ns(w, b),
         .now_ns = w->now_ns,
         .angular = b->angular,
-        .box = box_of_way(w, b),
+        .box = box_of_swept_motion(w, b),
         .moved = b->moved,
         .speed = b->speed};
     if (b->moved && b->passed.count) {
-        way.passed_count = b->passed.count;
-        way.passed = base_alloc(b->passed.count, sizeof *way.passed);
-        memcpy(way.passed, b->passed.at, b->passed.count * sizeof *way.passed);
+        swept.passed_count = b->passed.count;
+        swept.passed = base_alloc(b->passed.count, sizeof *swept.passed);
+        memcpy(swept.passed, b->passed.at, b->passed.count * sizeof *swept.passed);
     }
-    add_way(w, id, &way);
+    add_past_motion(w, id, &swept);
 }
 
 /* All of its pairs have been decided as they are in this tick, or are wanted no more. */
 static bool is_waited_for(const world *w, const body *b)
 {
-    return b->used && !b->ghost && b->impacts && (b->is_due || b->left_tick > w->past_clear || b->ways_left);
+    return b->used && !b->ghost && b->impacts && (b->is_due || b->left_tick > w->past_clear || b->swept_left);
 }
 
 static void keep_or_not(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     if (is_waited_for(w, b))
-        keep_way(w, id);
+        keep_past_motion(w, id);
     else
         b->past_since = w->figures.ticks;
 }
 
 /* Of all that moved, in the order of their ids: which of them had been calm is not the same everywhere. */
-static void keep_ways(world *w)
+static void keep_past_motions(world *w)
 {
     size_t count = w->dirty.count + w->glided.count;
     array_reserve(&w->active, count);
@@ -176,7 +177,7 @@ static bool forget(world *w, uint32_t id)
     body *b = &w->bodies.at[id];
     bool stays = is_unknown(b) && b->past_lost;
     if (!stays) report_lost(w, id);
-    free_ways(w, b);
+    free_past_motions(w, b);
     b->past_listed = stays;
     b->past_since = decided_of(w, b);
     return !stays;
@@ -213,7 +214,7 @@ void past_keep(world *w)
         w->past_clear = w->figures.ticks;
         return;
     }
-    keep_ways(w);
+    keep_past_motions(w);
     forget_others(w, true);
 }
 
@@ -224,14 +225,14 @@ void past_stands(world *w, uint32_t id)
     body stood = *b;
     stood.pose = body_before(b);
     stood.moved = false;
-    past_way way = {.tick = w->figures.ticks,
+    past_motion swept = {.tick = w->figures.ticks,
         .from = stood.pose,
         .to = stood.pose,
         .from_ns = b->stamp_ns,
         .to_ns = b->stamp_ns,
         .now_ns = w->now_ns,
-        .box = box_of_way(w, &stood)};
-    add_way(w, id, &way);
+        .box = box_of_swept_motion(w, &stood)};
+    add_past_motion(w, id, &swept);
 }
 
 void past_reshape(world *w, uint32_t id)
@@ -240,7 +241,7 @@ void past_reshape(world *w, uint32_t id)
     if (!w->past_bodies.count || !b->impacts) return;
     b->past_lost = true; /* which the next tick tells */
     list(w, id);
-    free_ways(w, b);
+    free_past_motions(w, b);
     b->past_since = w->figures.ticks;
 }
 
@@ -301,12 +302,12 @@ const body *past_body(const world *w, const body *b, uint64_t tick, body *out)
     out->passed.count = out->passed.capacity = 0;
     out->moved = false;
     out->as_of = i ? &b->past.at[i - 1] : NULL;
-    if (!i) { /* it stood, where its first way begins */
+    if (!i) { /* it stood, where its first motion begins */
         out->pose = b->past.count ? b->past.at[0].from : body_before(b);
         out->stamp_ns = b->past.count ? b->past.at[0].from_ns : b->moved ? b->before_ns : b->stamp_ns;
         return out;
     }
-    const past_way *p = out->as_of;
+    const past_motion *p = out->as_of;
     out->pose = p->to;
     out->stamp_ns = p->to_ns;
     if (p->tick != tick || !p->moved) return out;
@@ -336,7 +337,7 @@ void past_save(const body *b, bytes_out *to)
 {
     bytes_put_count(to, b->past.count);
     for (size_t i = 0; i < b->past.count; i++) {
-        past_way bare = b->past.at[i];
+        past_motion bare = b->past.at[i];
         bare.passed = NULL;
         bytes_put(to, &bare, sizeof bare);
         bytes_put(to, b->past.at[i].passed, bare.passed_count * sizeof *bare.passed);
@@ -346,14 +347,14 @@ void past_save(const body *b, bytes_out *to)
 bool past_restore(world *w, uint32_t id, bytes_in *from)
 {
     body *b = &w->bodies.at[id];
-    size_t count = bytes_get_count(from, sizeof(past_way));
+    size_t count = bytes_get_count(from, sizeof(past_motion));
     if (b->past_listed) array_push(&w->past_bodies, id);
     for (size_t i = 0; i < count; i++) {
-        past_way way;
-        if (!bytes_get(from, &way, sizeof way) || way.passed_count > WAYPOINTS_MAX) return false;
-        way.passed = way.passed_count ? base_alloc(way.passed_count, sizeof *way.passed) : NULL;
-        bytes_get(from, way.passed, way.passed_count * sizeof *way.passed);
-        add_way(w, id, &way);
+        past_motion swept;
+        if (!bytes_get(from, &swept, sizeof swept) || swept.passed_count > WAYPOINTS_MAX) return false;
+        swept.passed = swept.passed_count ? base_alloc(swept.passed_count, sizeof *swept.passed) : NULL;
+        bytes_get(from, swept.passed, swept.passed_count * sizeof *swept.passed);
+        add_past_motion(w, id, &swept);
     }
     return !from->broken;
 }

@@ -207,7 +207,8 @@ int world_explain_within(
             line(&l, "%s: pose is %.3f s old\n", one->name, (double)(now_ns - one->stamp_ns) * 1e-9);
     }
     if (x->is_due || y->is_due || x->is_parked || y->is_parked)
-        line(&l, "pending: more pairs have changed than a tick decides; what was told stands until it is their turn\n");
+        line(&l,
+            "pending: more pairs have changed than a tick decides; what was reported stands until it is their turn\n");
     explain_shapes(w, x, y, patience, &l);
     return l.length;
 }

@@ -222,7 +222,7 @@ static bool sweep_visit(void *context, uint32_t proxy)
     const toi_mover *first = in_order ? &mover : &still, *second = in_order ? &still : &mover;
     toi_find(first, second, &request, VEC_ZERO, w->scratch[0], &t);
     if (t.status == TOI_FREE) return true;
-    if (request.span < m->q.asked) { /* what is told depends on no hit before it */
+    if (request.span < m->q.asked) { /* what is reported depends on no hit before it */
         request.span = m->q.asked;
         toi_find(first, second, &request, VEC_ZERO, w->scratch[0], &t);
     }

@@ -247,7 +247,7 @@ static const char *get_body(bytes_in *from, world *w)
     b.as_of = NULL;
     w->bodies.at[id] = b;
     w->ccds += !b.ghost && b.ccd != WORLD_CCD_OFF;
-    if (!past_restore(w, id, from)) return "a body's ways are cut off";
+    if (!past_restore(w, id, from)) return "a body's motions are cut off";
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
     if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
@@ -407,7 +407,7 @@ uint64_t world_saved_layout(void)
     enum { LISTS = 2 /* changes with which lists are behind the rest */ };
     const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
         sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
-        sizeof(payer), sizeof(past_way), sizeof(goer), offsetof(body, past), offsetof(body, effort),
+        sizeof(payer), sizeof(past_motion), sizeof(goer), offsetof(body, past), offsetof(body, effort),
         offsetof(body, passed), offsetof(body, name), offsetof(body, searches_left), offsetof(subscription, events),
         offsetof(pair, swept_tick), offsetof(pair, wait_next), offsetof(pair, standing), offsetof(pair, cache),
         offsetof(pair, payer), offsetof(watch, last)};

@@ -1,7 +1,7 @@
 /* saved: a whole world between two ticks as bytes, and the same world again from them, in another process of the same
- * program: ids, what has been told, fat boxes, pairs, everything on which an event to come may depend. Ticks from then
- * on bring the same events, bit for bit. Of caches only that is in it with which bounds begin (cascade.c): the rest
- * begins empty, and changes no answer. Tick thread. */
+ * program: ids, what has been reported, fat boxes, pairs, everything on which an event to come may depend. Ticks from
+ * then on bring the same events, bit for bit. Of caches only that is in it with which bounds begin (cascade.c): the
+ * rest begins empty, and changes no answer. Tick thread. */
 #ifndef COLLIDED_WORLD_SAVED_H
 #define COLLIDED_WORLD_SAVED_H
 

@@ -6,8 +6,9 @@
  * tick left them: nothing is decided of a pair of such a body, who asks is told of where it was, and all of them are
  * pending, so that the step is not answered, nor followed by the next one. Who has moved few goes first: each owner has
  * an equal share, and what those leave that need less goes to the others, whose bodies go by how long they have waited.
- * Counted, so that it follows from the commands and the slices. Where ways count none is left: they would be searched
- * in parts. Nor is it where there was no step: of bodies that never rest two might never be settled in one tick. */
+ * Counted, so that it follows from the commands and the slices. Where swept motions count none is left: they would be
+ * searched in parts. Nor is it where there was no step: of bodies that never rest two might never be settled in one
+ * tick. */
 #include "base/sort.h"
 #include "state.h"
 

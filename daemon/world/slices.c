@@ -496,7 +496,7 @@ void slices_take(world *w, uint64_t spent)
     if (w->sliced) w->figures.pairs_left_out = pair_left_out(w);
 }
 
-/* ---- what is told of it ---- */
+/* ---- what is reported of it ---- */
 
 /* Selectors of which a body is due or was so since some tick: all of them are looked at anew now and then. */
 static void note_concerned(world *w, const body *b)

@@ -1,8 +1,8 @@
-/* snapshot: everything that a subscription has been told and that stands, told again, as of the tick in which it
+/* snapshot: everything that a subscription has been told and that stands, reported again, as of the tick in which it
  * begins. Tick thread.
  *
- * A large one is told in portions, so many events a tick, while the world goes on. What is to change meanwhile and has
- * not been told is told before it changes, as it was (snapshot_before); what begins meanwhile is not in it. So the
+ * A large one is reported in portions, so many events a tick, while the world goes on. What is to change meanwhile and
+ * has not been told is told before it changes, as it was (snapshot_before); what begins meanwhile is not in it. So the
  * portions together are the state that the events of that tick have led to, and those of later ticks lead on from. A
  * snapshot of one portion is a batch behind the events of its tick: who was in step needs those, who was not needs only
  * this.
@@ -62,8 +62,8 @@ static void add_stale_bodies(world *w, uint32_t id)
     }
 }
 
-/* The whole state is not known before all bodies have been looked at for it, and what is told of it stands beside
- * nothing that was told under other terms. */
+/* The whole state is not known before all bodies have been looked at for it, and what is reported of it stands beside
+ * nothing that was reported under other terms. */
 static bool gets_snapshot(const subscription *i)
 {
     return i->used && i->snapshot && !i->snapping && !i->closing && i->settling == SETTLED && !i->olds;

@@ -2,7 +2,8 @@
  *
  * Bodies, shapes, subscriptions, pairs and watches lie in arrays under dense ids. A pair exists while the fat boxes of
  * two shapes meet and somebody is interested; a watch exists while a subscription has been told something of a pair
- * that is not over. A removed body stays as a ghost until the next tick has told its ends and the one after has begun.
+ * that is not over. A removed body stays as a ghost until the next tick has reported its ends and the one after has
+ * begun.
  */
 #ifndef COLLIDED_WORLD_STATE_H
 #define COLLIDED_WORLD_STATE_H
@@ -25,7 +26,7 @@ typedef struct waypoint { /* where a body was between two ticks */
     int64_t stamp_ns;
 } waypoint;
 
-typedef struct past_way { /* of a body in a tick that is over; see past.c */
+typedef struct past_motion { /* of a body in a tick that is over; see past.c */
     uint64_t tick;
     pose from, to;
     int64_t from_ns, to_ns;  /* stamps */
@@ -36,7 +37,7 @@ typedef struct past_way { /* of a body in a tick that is over; see past.c */
     size_t passed_count;
     bool moved; /* otherwise it stood there, put or teleported */
     uint8_t speed;
-} past_way;
+} past_motion;
 
 /* Poses come by the million. What they touch in a world where they change nothing stands in the first three cache
  * lines: where it is, what it may do there, and where it was. */
@@ -48,25 +49,25 @@ typedef double calm_wide __attribute__((vector_size(32)));
 typedef int32_t calm_bits __attribute__((vector_size(16)));
 typedef int64_t calm_masks __attribute__((vector_size(16)));
 
-typedef struct calm_room { /* for a body's position; see calm.c */
-    calm_four q;           /* found where it stood so */
-    calm_four middle;      /* m, and 0 */
+typedef struct calm_region { /* for a body's position; see calm.c */
+    calm_four q;             /* found where it stood so */
+    calm_four middle;        /* m, and 0 */
     calm_four half; /* m, rounded inward; and the reach, m: turned from q by a difference of quaternions d, a body
-                       has less room, by d times this */
-} calm_room;
+                       has a smaller region, by d times this */
+} calm_region;
 
 typedef struct body {
     _Alignas(64) pose pose;
     int64_t stamp_ns;
 
-    _Alignas(64) calm_room room; /* the body is calm as long as it is in there */
+    _Alignas(64) calm_region region; /* the body is calm as long as it is in there */
     uint64_t glided; /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
     bool used : 1, ghost : 1;
     bool dirty : 1;   /* in world.dirty: its boxes are put again in the next tick */
     bool posed : 1;   /* a pose has come since the last tick: its deadline counts from it */
-    bool moved : 1;   /* between `before` and `pose`, on a way that may be swept */
+    bool moved : 1;   /* between `before` and `pose`, by a motion that may be swept */
     bool detours : 1; /* it has teleported or passed something since the last tick */
-    bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
+    bool is_calm : 1; /* as long as it stays in that region, nothing depends on its poses: see calm.c */
     bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see collider_pose */
     uint8_t speed;    /* SPEED_...; follows these bits: see move.c */
     uint32_t effort;  /* units that it takes to put its boxes anew: see effort.c */
@@ -93,7 +94,7 @@ typedef struct body {
     bool fixed;
     bool refilter; /* its filters are put again, too */
     bool held, stale;
-    bool impacts; /* a subscription wants its impacts: its box holds its way */
+    bool impacts; /* a subscription wants its impacts: its box holds its swept motion */
     bool is_due, is_parked;
     bool teleported; /* since the last tick */
 
@@ -131,10 +132,10 @@ typedef struct body {
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     ARRAY(waypoint) passed;               /* between `before` and `pose`, while a subscription in impacts is there */
     world_ccd ccd;
-    ARRAY(past_way) past;           /* of ticks that are over, while pairs wait for it: see past.c */
-    const past_way *as_of;          /* of a copy that past_body made; NULL: as it is now */
+    ARRAY(past_motion) past;        /* of ticks that are over, while pairs wait for it: see past.c */
+    const past_motion *as_of;       /* of a copy that past_body made; NULL: as it is now */
     uint32_t searches_left;         /* pairs of it whose searches wait; ... */
-    uint32_t ways_left;             /* ... that have ways among them */
+    uint32_t swept_left;            /* ... that have swept motions among them */
     uint64_t searcher;              /* its owner, when the first of them began to */
     uint64_t past_reported;         /* the tick up to which it was told that some may have been dropped */
     uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
@@ -213,18 +214,18 @@ typedef struct pair {
 
     narrow_cache cache; /* two lines more; what follows is of pairs that are bounded or swept */
 
-    vec3 free_axis; /* a world direction that kept it free on its course; zero: none is known */
+    vec3 free_axis; /* a world direction that kept it free along its predicted motion; zero: none is known */
     standing standing;
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
     uint8_t waited;      /* ticks in a row in which the budget left it */
     bool search_waits;   /* some of its searches were put off, ... */
-    bool ways_wait;      /* ... of ways, too: it is in ... */
+    bool swept_wait;     /* ... of swept motions, too: it is in ... */
     uint8_t wait_list;   /* ... this one of world.waiting, ... */
     uint32_t wait_next, wait_before; /* ... behind and before whom */
     uint32_t search_units;           /* that the dearest of its last searches took; 0: there was none */
     uint32_t swept_from;      /* the subscription with which the searches of the tick behind this one go on: ... */
-    uint64_t swept_tick;      /* ... in which its ways were searched last, while some are kept */
+    uint64_t swept_tick;      /* ... in which its motions were searched last, while some are kept */
     uint64_t predicted_round; /* the tick in which a round of what is predicted began that ... */
     uint32_t predicted_from;  /* ... goes on with this subscription; 0: none is under way */
     uint8_t barren;           /* searches for one in a row that were in vain: the next one comes so much later */
@@ -261,7 +262,7 @@ typedef struct subscription {
     ARRAY(world_event) images; /* of this tick's portion of a snapshot */
 } subscription;
 
-typedef struct subscription_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
+typedef struct subscription_counts { /* that ask how pairs stand now, of these for bounds, and for swept motions */
     size_t now, bounds, sweeps;
 } subscription_counts;
 
@@ -288,7 +289,7 @@ typedef struct outcome { /* of one active pair in one tick */
 typedef struct sweep { /* a search for a time of impact: one pair, one subscription */
     uint32_t active;   /* index into active_pairs */
     uint32_t subscription;
-    uint64_t tick;             /* whose way is searched */
+    uint64_t tick;             /* whose swept motions are searched */
     uint32_t spent;            /* of TOI_WORK_MAX, before it begins: the rest is what it is allowed */
     uint64_t most;             /* units that it may take */
     uint32_t queries, steps;   /* that it took, with caches or without */
@@ -378,7 +379,7 @@ struct world {
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) changed_subscriptions; /* since the last tick, or closed by it */
     ARRAY(uint32_t) unsettled;             /* subscriptions for which not all bodies have been looked at */
-    ARRAY(uint64_t) lively;                /* subscriptions that may have something to be told; sort_keys sorts them */
+    ARRAY(uint64_t) lively;                /* subscriptions that may have something to report; sort_keys sorts them */
     size_t reported_in_common;             /* what all subscriptions were last told to be undone; see events_collect */
     ARRAY(uint32_t) ghosts;                /* removed since the last tick */
     ARRAY(uint32_t) reap;                  /* removed before it: ids free at the next */
@@ -440,8 +441,8 @@ struct world {
     size_t searching, searching_bodies;
     ARRAY(leaver) searchers;     /* whose bodies these are */
     size_t ccds;                 /* bodies with a mode of their own */
-    ARRAY(uint32_t) past_bodies; /* that keep ways of ticks that are over; ... */
-    size_t past_ways;            /* ... so many, all of them */
+    ARRAY(uint32_t) past_bodies; /* that keep motions of ticks that are over; ... */
+    size_t past_motions;         /* ... so many, all of them */
     uint64_t past_clear;         /* the last tick at whose end nothing was kept */
     size_t sweepers;             /* subscriptions that want impacts, or something predicted */
     bool some_teleported;        /* since the last tick */
@@ -459,7 +460,7 @@ struct world {
 };
 
 _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three cache lines");
-_Static_assert(offsetof(body, fit_slack) == 252, "and one more where its room has to be found anew");
+_Static_assert(offsetof(body, fit_slack) == 252, "and one more where its region has to be found anew");
 
 /* body.c */
 void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
@@ -478,7 +479,7 @@ static inline vec3 body_step(const body *b)
 {
     return vec_sub(b->pose.p, b->before.p);
 }
-void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its way; else zeros */
+void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its motion; else zeros */
 
 /* body_names.c */
 void body_add_name(world *w, uint32_t body); /* to be found by it */
@@ -542,8 +543,9 @@ static inline pose collider_at(pose body_pose, const collider *s)
 }
 void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
 double body_margin(const world *w, const collider *s);
-void body_account(world *w, uint32_t id);   /* it comes into a pair: its shapes are where it is, and it has a way */
-void body_settle_shapes(world *w, body *b); /* those that are behind stand where their body does */
+void body_account(
+    world *w, uint32_t id); /* it comes into a pair: its shapes are where it is, and it has a swept motion */
+void body_settle_shapes(world *w, body *b);            /* those that are behind stand where their body does */
 pose collider_pose(const world *w, const collider *s); /* in the world, as the last tick left it */
 /* The same as where its body is, and where it is in there: collider_pose rounds by the distance from the world's
  * origin.
@@ -570,7 +572,7 @@ static inline bool body_is(const world *w, uint32_t id)
 {
     return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
 }
-/* Where ways count, or how far each goes, calm bodies go the long road, so that they have one. */
+/* Where swept motions count, or how far each goes, calm bodies take the full update, so that they have one. */
 static inline bool may_glide(const world *w)
 {
     return !w->sweepers && !w->grant && !w->bounds_asked;
@@ -640,7 +642,7 @@ uint32_t pair_find(const world *w, uint32_t collider_a, uint32_t collider_b);
 bool pair_is_reported(const world *w, const pair *p);
 bool pair_is_predicted(const world *w, const pair *p);
 
-/* way.c */
+/* swept.c */
 enum { WAYPOINTS_MAX = 64 }; /* of a body in one tick; beyond it every other one is left out, and counted */
 /* ns, saturated: stamps are the clients', and may be anything. */
 static inline int64_t stamps_between(int64_t from_ns, int64_t to_ns)
@@ -649,34 +651,35 @@ static inline int64_t stamps_between(int64_t from_ns, int64_t to_ns)
     if (!__builtin_sub_overflow(to_ns, from_ns, &span)) return span;
     return to_ns > from_ns ? INT64_MAX : INT64_MIN;
 }
-int64_t body_span_ns(const world *w, const body *b); /* of its way since the last tick; 0: it did not move */
+int64_t body_span_ns(const world *w, const body *b); /* of its motion since the last tick; 0: it did not move */
 double body_span(const world *w, const body *b);     /* the same in s */
-double body_leg_begins(const body *b, size_t leg);   /* as a share of the way's time; of the one behind the last: 1 */
+double body_leg_begins(const body *b, size_t leg); /* as a share of the motion's time; of the one behind the last: 1 */
 /* From `late` seconds on. False: it has made too many turns until then to be told where it stands. */
 bool motion_begin_at(motion *m, double late);
-/* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. False:
- * as motion_begin_at. */
+/* The leg from the share `from` on, which is in it, when the whole motion takes `span` seconds instead of its own.
+ * False: as motion_begin_at. */
 bool body_leg(const world *w, const body *b, size_t leg, double from, double span, motion *m);
 void body_pass(world *w, body *b); /* another pose is coming: the one that it has may become a waypoint */
-bool body_way_turns(const body *b);
-bool body_has_course(const body *b);
-motion body_course(const body *b); /* from its pose on */
+bool body_motion_turns(const body *b);
+bool body_has_predicted_motion(const body *b);
+motion body_predicted_motion(const body *b); /* from its pose on */
 aabb body_swept_bounds(const world *w, const body *b, const collider *s, aabb box);
 
-aabb body_way_bounds(
+aabb body_motion_bounds(
     const world *w, const body *b, const collider *s, aabb box); /* the same without what is predicted */
 
 /* past.c */
-static inline int64_t past_start_ns(const past_way *p)
+static inline int64_t past_start_ns(const past_motion *p)
 {
     return stamps_between(p->span_ns, p->to_ns ? p->to_ns : p->now_ns);
 }
 void past_keep(world *w);                   /* at the end of a tick: what moved in it and is waited for */
-void past_stands(world *w, uint32_t body);  /* it is about to be elsewhere, without a way */
+void past_stands(world *w, uint32_t body);  /* it is about to be elsewhere, without a motion */
 void past_reshape(world *w, uint32_t body); /* its shapes are about to be others, or gone */
 aabb past_bounds(const body *b, aabb box);  /* that, and all that it keeps */
 uint64_t past_decided(const world *w, const pair *p, const body *a, const body *b); /* the tick up to which it is */
-uint64_t past_next(const body *a, const body *b, uint64_t after); /* tick of which one keeps a way; UINT64_MAX: none */
+uint64_t past_next(
+    const body *a, const body *b, uint64_t after); /* tick of which one keeps a motion; UINT64_MAX: none */
 size_t past_waiting(const world *w, const pair *p, const body *a, const body *b); /* so many ticks are not decided */
 /* As it was in that tick: itself, or *out. Any thread. */
 const body *past_body(const world *w, const body *b, uint64_t tick, body *out);
@@ -691,7 +694,7 @@ void impact_decide(world *w);
 /* Makes as many of the searches as the slice has room for, with `search` for some places of sweep_order. */
 typedef void impact_batch(world *w, size_t from, size_t to);
 void impact_search(world *w, impact_batch *search);
-uint64_t impact_units(const world *w, const pair *p); /* that they are expected to take, with kept ways */
+uint64_t impact_units(const world *w, const pair *p); /* that they are expected to take, with kept motions */
 
 /* impact_wait.c */
 void impact_wait_init(world *w);
@@ -708,7 +711,7 @@ size_t impact_waiting_of(const world *w, uint64_t owner); /* his bodies that hav
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
 /* news.c: of two events of one watch. */
-/* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */
+/* The same bits in all but the ages: reported again, it would say nothing. The names are equal but for which is A. */
 bool news_same_facts(const world_event *a, const world_event *b);
 bool news_same_impact(const world_impact *a, const world_impact *b);
 

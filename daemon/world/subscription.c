@@ -246,7 +246,7 @@ size_t subscription_unseen(const world *w, const subscription *i)
 
 /* ---- in the tick ---- */
 
-/* What was told under the old terms of those that changed ends; they stay on the list until all of it has. */
+/* What was reported under the old terms of those that changed ends; they stay on the list until all of it has. */
 static void close_changed(world *w)
 {
     size_t count = w->changed_subscriptions.count;
@@ -304,7 +304,7 @@ static void forget_subscription(world *w, uint32_t id)
     w->figures.subscriptions--;
 }
 
-/* Those whose closing batch the last tick has told are gone. */
+/* Those whose closing batch the last tick has reported are gone. */
 void subscription_begin_tick(world *w)
 {
     size_t kept = 0;

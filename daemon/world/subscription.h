@@ -1,4 +1,5 @@
-/* subscription: subscriptions: their terms, whom they want, and what was told under terms that are no more (closing.c).
+/* subscription: subscriptions: their terms, whom they want, and what was reported under terms that are no more
+ * (closing.c).
  */
 #ifndef COLLIDED_WORLD_SUBSCRIPTION_H
 #define COLLIDED_WORLD_SUBSCRIPTION_H
@@ -9,7 +10,7 @@ void subscription_settle_changes(world *w);
 void subscription_begin_tick(world *w);
 void subscription_end_tick(world *w);
 void subscription_restored(world *w);
-void subscription_wake(world *w, uint32_t id); /* it may have something to be told in this tick, or the next */
+void subscription_wake(world *w, uint32_t id); /* it may have something to report in this tick, or the next */
 void subscription_wake_selecting(world *w, uint32_t selector); /* all that select by it */
 void subscription_sort_lively(world *w);                       /* so that what they are told comes in their order */
 void subscription_pass_began(world *w);

@@ -1,5 +1,6 @@
 /* trim: memory that the world has grown into and does not need any more. Its arrays never shrink by themselves, so that
- * a steady tick allocates nothing: this is for when memory is short. Nothing that is told depends on it. Tick thread.
+ * a steady tick allocates nothing: this is for when memory is short. Nothing that is reported depends on it. Tick
+ * thread.
  */
 #include "state.h"
 

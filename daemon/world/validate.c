@@ -65,11 +65,11 @@ static const char *check_kept_ids(const world *w)
 
 static bool fits(const world *w, const body *b)
 {
-    broad_room room;
+    broad_region region;
     for (size_t i = 0; i < b->shape_count; i++) {
         const collider *s = &w->colliders.at[b->shapes[i]];
         aabb box = aabb_grow(shape_bounds(&s->shape, pose_mul(b->pose, s->local)), b->widen);
-        if (!broad_room_of(w->broad, b->shapes[i], box, body_margin(w, s), &room)) return false;
+        if (!broad_region_of(w->broad, b->shapes[i], box, body_margin(w, s), &region)) return false;
     }
     return true;
 }

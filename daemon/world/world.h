@@ -7,7 +7,7 @@
  * One thread calls; queries run between ticks. All ids are dense, the least free one first.
  *
  * The sketch of DESIGN.md passes an array of commands to world_tick; they are calls here, because a batch of 10,000
- * poses would otherwise be copied once more, and because a refusal is then told where it arises. */
+ * poses would otherwise be copied once more, and because a refusal is then reported where it arises. */
 #ifndef COLLIDED_WORLD_WORLD_H
 #define COLLIDED_WORLD_WORLD_H
 
@@ -56,7 +56,7 @@ typedef struct world_shape {
     pose local;  /* in the body's frame */
 } world_shape;
 
-/* Is the way between two poses looked at, for subscriptions in impacts? Of a pair one that is not OFF is enough. */
+/* Is the motion between two poses swept, for subscriptions in impacts? Of a pair one that is not OFF is enough. */
 typedef enum world_ccd { /* numbers as on the wire */
     WORLD_CCD_OFF,
     WORLD_CCD_LINEAR, /* its path, in the orientation that it has at the end */
@@ -90,7 +90,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def);
 /* The newest pose; velocities (m/s, rad/s; then what it does from here on is known) may be NULL (then it is estimated
  * from the last two stamped poses). Only a stamp makes it fresh again after its deadline. */
 world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
-/* It is elsewhere, without a way there: its contacts end, and those that it has there begin. */
+/* It is elsewhere, without a motion there: its contacts end, and those that it has there begin. */
 world_status world_teleport_body(
     world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
 /* Many at once: what world_move_body, or where it teleports, world_teleport_body does for each, in this order. One that
@@ -144,7 +144,8 @@ typedef enum world_fact {
  * finest of them asks. */
 typedef enum world_accuracy { /* numbers as on the wire */
     WORLD_BY_TOLERANCE,
-    WORLD_BY_BOXES, /* bounds without a search, told anew only when what was told does not hold any more; no manifold */
+    WORLD_BY_BOXES,  /* bounds without a search, reported anew only when what was reported does not hold any more; no
+                        manifold */
     WORLD_BY_VERDICT /* touch: until it is proven, and no narrower; no distance, no manifold */
 } world_accuracy;
 
@@ -167,10 +168,10 @@ world_status world_put_subscription(world *w, uint32_t *id, const world_subscrip
 /* Ends its contacts in the next tick with this cause, in a closing batch. */
 world_status world_remove_subscription(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
-/* The oldest stamp of the poses that what is told of it now rests on; 0: none is stamped. Walks all of it. */
+/* The oldest stamp of the poses that what is reported of it now rests on; 0: none is stamped. Walks all of it. */
 int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
-/* In the next tick, updates are told of all its pairs that are decided, also where nothing differs from what was told
- * last: for who keeps no state of his own. */
+/* In the next tick, updates are reported of all its pairs that are decided, also where nothing differs from what was
+ * reported last: for who keeps no state of his own. */
 void world_want_all(world *w, uint32_t id);
 world_status world_get_subscription(
     const world *w, uint32_t id, world_subscription *out); /* texts are the world's own */
@@ -186,7 +187,7 @@ typedef enum event_kind { /* numbers as on the wire */
     EVENT_UNKNOWN,
     EVENT_KNOWN,
     EVENT_IMPACT,    /* they met on their way since the last tick */
-    EVENT_PREDICTED, /* they will meet; told again as long as they will */
+    EVENT_PREDICTED, /* they will meet; reported again as long as they will */
     EVENT_AVERTED    /* no more */
 } event_kind;
 
@@ -211,7 +212,7 @@ typedef struct world_impact { /* of EVENT_IMPACT and EVENT_PREDICTED */
 } world_impact;
 
 typedef enum world_achieved { /* numbers as on the wire: what an interval is, beside what was asked */
-    WORLD_CERTAIN,            /* as narrow as asked; and what is told (touching, near, or not) is proven */
+    WORLD_CERTAIN,            /* as narrow as asked; and what is reported (touching, near, or not) is proven */
     WORLD_WITHIN,             /* as narrow as asked; the threshold (range) lies within it */
     WORLD_WIDE,               /* wider than asked: arithmetic, iterations or the effort of a query ended */
     WORLD_STOPPED             /* wider than asked: the budget ended */
@@ -268,11 +269,11 @@ void world_set_budget(world *w, world_grant *grant, void *context);
  * other: their owners in turns, with equal shares in units, an owner's bodies in the order in which they changed. A
  * pair of two bodies that are both pending is the work of the one who has far more of them.
  *
- * What is pending is unknown: what was told of such a pair before stands, and world_batch.undone counts it for each
+ * What is pending is unknown: what was reported of such a pair before stands, and world_batch.undone counts it for each
  * subscription that it may concern. So it is with pairs whose searches (WORLD_IMPACT, WORLD_PREDICT) have been put off:
- * a way is searched later as it was, a course from the newest poses on. With a slice, one search of meshes or compounds
- * takes some 9 ms at most: what is not decided by then is told as WORLD_WIDE. The same commands and slices give the
- * same events; where no tick is cut, those of a world without. */
+ * a swept motion is searched later as it was, a predicted one from the newest poses on. With a slice, one search of
+ * meshes or compounds takes some 9 ms at most: what is not decided by then is told as WORLD_WIDE. The same commands and
+ * slices give the same events; where no tick is cut, those of a world without. */
 void world_set_slice(world *w, uint64_t units);
 /* Did the slice make a difference in the last tick? If not, any larger one gives the same events. */
 bool world_was_sliced(const world *w);
@@ -373,7 +374,7 @@ int world_explain_within(
 typedef enum world_stage { /* who settled a pair: counted, cumulative */
     STAGE_UNASKED,         /* nobody wants to know how it stands now */
     STAGE_UNKNOWN,
-    STAGE_STANDING, /* what was told of it by bounds still holds */
+    STAGE_STANDING, /* what was reported of it by bounds still holds */
     STAGE_BOUNDS,   /* bounds without a search: all that was asked, or that the budget allowed */
     STAGE_MOTION_BOUND,
     STAGE_CACHED_AXIS,
@@ -400,8 +401,8 @@ typedef struct world_figures {
     uint64_t sweeps_by_axis;                /* of them, those that an axis proved free, without any distance */
     uint64_t impacts, predicted, undecided; /* found; of all searches, those whose steps ended */
     uint64_t rulings;                       /* pairs of bodies whose rules were held against each other */
-    uint64_t dropped_ways; /* bodies of which ways were dropped before they were searched: told as "*" */
-    uint64_t coarse_ways;  /* ways of more poses than are kept: every other one was left out */
+    uint64_t dropped_motions; /* bodies of which motions were dropped before they were searched: reported as "*" */
+    uint64_t coarse_motions;  /* motions of more poses than are kept: every other one was left out */
     uint64_t events;
     /* The budget. Of the last tick: units done, pairs left for the next one, of them without bounds of their own (what
      * is told of those is what balls about them prove). */

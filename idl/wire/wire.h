@@ -145,7 +145,7 @@ typedef struct wire_body {
     int32_t body; /* the client's own number for it, >= 0 */
     uint8_t removed;
     uint8_t motion;           /* WIRE_MOTION_*: fixed bodies are not checked against each other */
-    uint8_t ccd;              /* WIRE_CCD_*: is its way between two poses looked at, for subscriptions in impacts */
+    uint8_t ccd;              /* WIRE_CCD_*: is its motion between two poses swept, for subscriptions in impacts */
     double acceleration_m_s2; /* >= 0: what is predicted holds for all motions that accelerate by at most so much ... */
     double angular_acceleration_rad_s2; /* ... and so much */
     const char *name;
@@ -195,13 +195,13 @@ typedef struct wire_pose_batch {
     int64_t sequence;
     int64_t stamp_ns;       /* when these poses were true */
     int64_t step;           /* the simulator's step, or 0 */
-    int64_t simulation_ns;  /* what time it is in the simulation, >= 0; 0 = not told */
+    int64_t simulation_ns;  /* what time it is in the simulation, >= 0; 0 = not given */
     wire_i32s bodies;       /* n of the client's body numbers */
     wire_f64s positions;    /* 3 n, m */
     wire_f64s orientations; /* 4 n */
     wire_f64s linear;       /* 0 or 3 n, m/s, world frame */
     wire_f64s angular;      /* 0 or 3 n, rad/s, world frame */
-    wire_u8s teleports;     /* 0 or n: 1 = it did not move there, it is there: no way is swept */
+    wire_u8s teleports;     /* 0 or n: 1 = it did not move there, it is there: no motion is swept */
     wire_u8s extensions;
 } wire_pose_batch;
 
@@ -231,7 +231,7 @@ enum {
  * the finest of them asks. */
 enum {
     WIRE_BY_TOLERANCE = 0, /* until the interval is as narrow as the tolerance */
-    WIRE_BY_BOXES = 1,     /* bounds by boxes and one support point a shape, told anew when they no longer hold */
+    WIRE_BY_BOXES = 1,     /* bounds by boxes and one support point a shape, reported anew when they no longer hold */
     WIRE_BY_VERDICT = 2    /* touch: until it is proven, in extended arithmetic where need be; no narrower */
 };
 
@@ -353,7 +353,7 @@ enum {
     WIRE_EVENT_UNKNOWN = 6,   /* a pose is past its deadline: nothing can be said of this pair, it is not free */
     WIRE_EVENT_KNOWN = 7,     /* and can be said again; its state follows */
     WIRE_EVENT_IMPACT = 8,    /* they met on their way from one tick to the next */
-    WIRE_EVENT_PREDICTED = 9, /* they will meet within the horizon; told again as long as they will */
+    WIRE_EVENT_PREDICTED = 9, /* they will meet within the horizon; reported again as long as they will */
     WIRE_EVENT_AVERTED = 10   /* no more */
 };
 
@@ -366,8 +366,8 @@ enum { /* why an event: what ended a contact, or made a pair unknown */
     WIRE_CAUSE_SUBSCRIPTION = 5, /* the subscription was changed or removed */
     WIRE_CAUSE_SHUTDOWN = 6,
     WIRE_CAUSE_STALE = 7,
-    WIRE_CAUSE_SNAPSHOT = 8, /* it began before; told again as part of the current state */
-    WIRE_CAUSE_TELEPORT = 9  /* a body is elsewhere, without a way there */
+    WIRE_CAUSE_SNAPSHOT = 8, /* it began before; reported again as part of the current state */
+    WIRE_CAUSE_TELEPORT = 9  /* a body is elsewhere, without a motion there */
 };
 
 /* EventBatch: what happened on one stream in one tick. Arrays with one entry an event. */
@@ -388,12 +388,13 @@ typedef struct wire_event_batch {
     uint8_t refusal;        /* ... and why the first of them was: a wire_reason; WIRE_OK: none was */
     int64_t undone;    /* pairs of this subscription that the budget left with a wider interval than it asks, and all
                           that max_pairs leaves out */
-    uint8_t heartbeat; /* 1: nothing is told, and `batch` is the number of the last batch again */
-    int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp that what is told now rests on, 0 = none is stamped */
-    uint8_t snapshot;       /* 1: the whole state as of `batch`; forget what you knew. Sent first, and after a loss */
-    uint8_t closing;        /* 1: the stream ends with this batch */
-    int32_t part; /* a large batch comes in parts, 0 .. parts - 1. Each has a number of its own, but those of a
-                     snapshot all have that of the last batch before it */
+    uint8_t heartbeat; /* 1: nothing is reported, and `batch` is the number of the last batch again */
+    int64_t
+        oldest_pose_ns; /* of a heartbeat: the oldest stamp that what is reported now rests on, 0 = none is stamped */
+    uint8_t snapshot;   /* 1: the whole state as of `batch`; forget what you knew. Sent first, and after a loss */
+    uint8_t closing;    /* 1: the stream ends with this batch */
+    int32_t part;       /* a large batch comes in parts, 0 .. parts - 1. Each has a number of its own, but those of a
+                           snapshot all have that of the last batch before it */
     int32_t parts;
     int32_t behind; /* messages of this stream, this one and those behind it, that wait for receipts; 0 = none:
                        it is up to date */
@@ -420,8 +421,8 @@ typedef struct wire_event_batch {
     wire_i64s manifold_features;  /* 1 a point */
     wire_f64s impact_times;     /* 2 an impact (IMPACT, PREDICTED): s after its start; apart before the first, touching
                                    at the second, both proven; the second may be infinite: not proven */
-    wire_i64s impact_starts_ns; /* 1 an impact: IMPACT: stamp of the pose the longer way began with; PREDICTED: of the
-                                   newest pose */
+    wire_i64s impact_starts_ns; /* 1 an impact: IMPACT: stamp of the pose the longer motion began with; PREDICTED: of
+                                   the newest pose */
     wire_f64s impact_poses;     /* 14 an impact: A's and B's bodies at the first of the two times */
     wire_u8s impact_estimated;  /* 1 an impact: 1 = a velocity was estimated from two poses */
     wire_u8s extensions;
@@ -534,7 +535,7 @@ void wire_origin(const wire_message *m, int64_t *client, int64_t *sequence, int3
 
 /* An epoch is the time of the daemon's start but for its last 16 bits, which count how often its standby took over:
  * epochs that differ in these alone are of one line, in which streams go on, and whatever came under a lower one is not
- * to be believed any more once a higher one was heard. */
+ * to be believed any more once a higher one was seen. */
 enum { WIRE_LINE_BITS = 16 };
 static inline int64_t wire_new_line(int64_t start_ns)
 {

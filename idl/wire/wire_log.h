@@ -2,11 +2,11 @@
  *
  * One record an event: sync word 0xEDA1DA01, event number (i64), timestamp in microseconds (i64), channel length and
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
- * encoding: commands as they came, and what each tick told, before its end. Beside them stand records of our own:
+ * encoding: commands as they came, and what each tick reported, before its end. Beside them stand records of our own:
  * "collided.tick" ends the commands of a tick, "collided.lost" is a client whose lease ran out, "collided.steps" how
  * far lock-step was when the recording began, "collided.later" and "collided.built" that a geometry, whole, was not
  * built within the tick, and the tick from which on it was there, "collided.state" a piece of the daemon's whole state
- * then, and "collided.settings" what of its configuration is not the default and decides what is told. Reading is
+ * then, and "collided.settings" what of its configuration is not the default and decides what is reported. Reading is
  * bounds-checked: a damaged file gives an error with its offset, never a crash.
  */
 #ifndef COLLIDED_WIRE_LOG_H

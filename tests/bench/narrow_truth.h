@@ -1,5 +1,5 @@
-/* narrow_truth: the signed distance of each item in 113 bits, by the oracles of the tests (tests/narrow/oracle), which share
- * no code with the engine. One thread.
+/* narrow_truth: the signed distance of each item in 113 bits, by the oracles of the tests (tests/narrow/oracle), which
+ * share no code with the engine. One thread.
  *
  * Gaps: bounds from both sides, closed to 1e-26. Depths of polytopes (and of what is one but for its radius): all
  * features by brute force, or for many vertices the polytope grown from inside until nothing is nearer. Depths of

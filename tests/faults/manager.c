@@ -104,10 +104,10 @@ static void hear(const manager *m, pid_t pid, char *text, size_t size)
 
 typedef struct life { /* of one daemon */
     pid_t pid;
-    int process;       /* a pidfd */
-    double deadline_s; /* then a signal is sent */
-    double heard_s;    /* the last sign of life */
-    int sent;          /* the last signal: 0, SIGTERM, SIGABRT or SIGKILL */
+    int process;        /* a pidfd */
+    double deadline_s;  /* then a signal is sent */
+    double last_seen_s; /* the last sign of life */
+    int sent;           /* the last signal: 0, SIGTERM, SIGABRT or SIGKILL */
     bool ready;
 } life;
 
@@ -121,9 +121,9 @@ static void listen_to(manager *m, life *l)
     l->ready |= becomes_ready;
     pthread_mutex_lock(&m->lock);
     m->ready = l->ready;
-    if (!becomes_ready && now - l->heard_s > m->longest_silence_s) m->longest_silence_s = now - l->heard_s;
+    if (!becomes_ready && now - l->last_seen_s > m->longest_silence_s) m->longest_silence_s = now - l->last_seen_s;
     pthread_mutex_unlock(&m->lock);
-    l->heard_s = now;
+    l->last_seen_s = now;
     if (l->ready && !l->sent) l->deadline_s = m->watchdog_s > 0 ? now + m->watchdog_s : 1e300;
 }
 
@@ -132,7 +132,7 @@ static void send_signal(manager *m, life *l, int number)
     if (number == SIGABRT && l->ready) {
         pthread_mutex_lock(&m->lock);
         m->killed++;
-        if (rig_now_s() - l->heard_s > m->longest_silence_s) m->longest_silence_s = rig_now_s() - l->heard_s;
+        if (rig_now_s() - l->last_seen_s > m->longest_silence_s) m->longest_silence_s = rig_now_s() - l->last_seen_s;
         pthread_mutex_unlock(&m->lock);
     }
     kill(l->pid, number);

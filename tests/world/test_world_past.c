@@ -214,7 +214,7 @@ static run follow(const plan *p, bool cut)
         world_destroy(r.w);
         r.w = other;
     }
-    r.dropped = world_get_figures(r.w).dropped_ways;
+    r.dropped = world_get_figures(r.w).dropped_motions;
     world_destroy(r.w);
     return r;
 }

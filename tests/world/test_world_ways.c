@@ -327,7 +327,7 @@ static void every_pose_between_two_ticks_is_on_the_way(void **state)
         assert_true(is_it);
         double y = 1 - sqrt(0.51 * 0.51 - 0.25), leg = stamped ? 0.25 : 0.5; /* s, for the first 1.5 m */
         assert_true(e->impact.lo <= leg * y / 1.5 && e->impact.hi >= leg * y / 1.5 && e->impact.hi < leg);
-        assert_int_equal(world_get_figures(w).coarse_ways, 0);
+        assert_int_equal(world_get_figures(w).coarse_motions, 0);
         world_destroy(w);
     }
 }
@@ -350,7 +350,7 @@ static void more_poses_than_are_kept_are_counted(void **state)
             move(w, id, vec(cos(angle), sin(angle), 0), UPRIGHT, SECOND + k, NULL, NULL);
         }
         assert_int_equal(count(scene_tick(w, 2 * (int64_t)SECOND), EVENT_IMPACT), 0);
-        assert_int_equal(world_get_figures(w).coarse_ways, more);
+        assert_int_equal(world_get_figures(w).coarse_motions, more);
         for (int k = 1; k <= 3; k++) /* through the post and back: neither end touches it */
             move(w, id, vec(k % 2 ? -1 : 1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND + k, NULL, NULL);
         move(w, id, vec(1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND + 4, NULL, NULL);

@@ -17,7 +17,7 @@ size_t wire_dds_sample_size(wire_kind kind);
 wire_reason wire_dds_decode(wire_kind kind, const void *sample, wire_message *out, wire_refusal *refusal);
 
 /* The same from a sample's bytes, as a reader gets them (CDR, with its header of 4 bytes): the message borrows from
- * these. False, and nothing is told: it has to be decoded by Cyclone, because it is of another byte order, another
+ * these. False, and nothing is reported: it has to be decoded by Cyclone, because it is of another byte order, another
  * encoding than plain XCDR 1, or a kind that has texts; or because the bytes behind the header are not aligned to 8. */
 bool wire_dds_decode_bytes(
     wire_kind kind, const void *bytes, size_t size, wire_message *out, wire_reason *reason, wire_refusal *refusal);

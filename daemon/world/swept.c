@@ -1,8 +1,9 @@
-/* way: how a body went from one tick to the next, and how it will go on. A way has a leg for each pose that came since
- * the last tick, each straight and turning at a constant rate. Pure readers, but for body_pass; any thread. */
+/* swept: the motion of a body from one tick to the next, and the predicted one after it. Its swept motion has a leg for
+ * each pose that came since the last tick, each straight and turning at a constant rate. Pure readers, but for
+ * body_pass; any thread. */
 #include "state.h"
 
-static double way_seconds(int64_t ns)
+static double motion_seconds(int64_t ns)
 {
     return 1e-9 * (double)ns;
 }
@@ -20,7 +21,7 @@ int64_t body_span_ns(const world *w, const body *b)
 
 double body_span(const world *w, const body *b)
 {
-    return way_seconds(body_span_ns(w, b));
+    return motion_seconds(body_span_ns(w, b));
 }
 
 /* Two poses hide whole turns: a given angular velocity tells how many. */
@@ -34,7 +35,7 @@ static vec3 with_whole_turns(vec3 angular, vec3 given, double span)
 
 /* ---- legs ---- */
 
-/* Of the way there may be waypoints: poses that came since the last tick, before the newest one. */
+/* Of a swept motion there may be waypoints: poses that came since the last tick, before the newest one. */
 static const pose *waypoint_pose(const body *b, size_t k)
 {
     return k == 0 ? &b->before : k <= b->passed.count ? &b->passed.at[k - 1].pose : &b->pose;
@@ -87,7 +88,7 @@ bool motion_begin_at(motion *m, double late)
     return true;
 }
 
-/* The same way in another time. */
+/* The same motion in another time. */
 static motion paced(motion m, double pace)
 {
     return (motion){m.start, vec_scale(m.linear, pace), vec_scale(m.angular, pace)};
@@ -96,7 +97,7 @@ static motion paced(motion m, double pace)
 bool body_leg(const world *w, const body *b, size_t leg, double from, double span, motion *m)
 {
     double own = body_span(w, b), begins = body_leg_begins(b, leg), share = body_leg_begins(b, leg + 1) - begins;
-    *m = paced(leg_in(b, leg, own * share, body_way_turns(b)), own / span);
+    *m = paced(leg_in(b, leg, own * share, body_motion_turns(b)), own / span);
     return motion_begin_at(m, (from - begins) * span);
 }
 
@@ -106,41 +107,41 @@ void body_pass(world *w, body *b)
     if (b->passed.count == WAYPOINTS_MAX) {
         for (size_t k = 0; k < WAYPOINTS_MAX / 2; k++) b->passed.at[k] = b->passed.at[2 * k + 1];
         b->passed.count = WAYPOINTS_MAX / 2;
-        w->figures.coarse_ways++;
+        w->figures.coarse_motions++;
     }
     array_push(&b->passed, ((waypoint){b->pose, b->stamp_ns}));
     b->detours = true;
 }
 
-/* ---- courses and boxes ---- */
+/* ---- predicted motions and boxes ---- */
 
 /* A fixed body stands still, whatever was said of its velocity. */
-bool body_has_course(const body *b)
+bool body_has_predicted_motion(const body *b)
 {
     return !b->fixed && b->speed != SPEED_NONE;
 }
 
-motion body_course(const body *b)
+motion body_predicted_motion(const body *b)
 {
     motion m = {b->pose, VEC_ZERO, VEC_ZERO};
-    if (body_has_course(b)) body_velocity(b, &m.linear, &m.angular);
+    if (body_has_predicted_motion(b)) body_velocity(b, &m.linear, &m.angular);
     return m;
 }
 
 /* One that has no mode of its own, but meets one that has, moves as it does. */
-bool body_way_turns(const body *b)
+bool body_motion_turns(const body *b)
 {
     return b->ccd != WORLD_CCD_LINEAR;
 }
 
-aabb body_way_bounds(const world *w, const body *b, const collider *s, aabb box)
+aabb body_motion_bounds(const world *w, const body *b, const collider *s, aabb box)
 {
     double span = body_span(w, b);
     if (b->impacts && span > 0) {
         for (size_t k = 0; k < legs_of(b); k++) {
             double share = body_leg_begins(b, k + 1) - body_leg_begins(b, k);
-            motion way = leg_in(b, k, span * share, body_way_turns(b));
-            box = aabb_union(box, motion_bounds(&way, &s->shape, s->local, span * share));
+            motion swept = leg_in(b, k, span * share, body_motion_turns(b));
+            box = aabb_union(box, motion_bounds(&swept, &s->shape, s->local, span * share));
         }
     }
     return box;
@@ -148,14 +149,14 @@ aabb body_way_bounds(const world *w, const body *b, const collider *s, aabb box)
 
 aabb body_swept_bounds(const world *w, const body *b, const collider *s, aabb box)
 {
-    box = past_bounds(b, body_way_bounds(w, b, s, box));
+    box = past_bounds(b, body_motion_bounds(w, b, s, box));
     if (b->horizon > 0 && !b->fixed) {
-        motion course = body_course(b);
+        motion predicted = body_predicted_motion(b);
         double reach = s->reach + vec_norm(s->local.p), h = b->horizon;
         double turning =
             b->angular_acceleration > 0 ? b->angular_acceleration * reach : 0; /* no bound: a half-space's */
         double wander = 0.5 * (b->acceleration + turning) * h * h;
-        box = aabb_union(box, aabb_grow(motion_bounds(&course, &s->shape, s->local, h), wander * (1 + 0x1p-40)));
+        box = aabb_union(box, aabb_grow(motion_bounds(&predicted, &s->shape, s->local, h), wander * (1 + 0x1p-40)));
     }
     return box;
 }
