@@ -61,6 +61,8 @@ static void move_all(memory_end *e, int64_t sequence, int64_t step)
     memory_send(e, &m);
 }
 
+enum { DEARER = 8 }; /* service_learn_effort: times, at most */
+
 typedef struct taken { /* as recorded */
     size_t in_tick, most, all, parts;
     int64_t step;
@@ -107,7 +109,7 @@ static void a_tick_takes_no_more_than_it_can(void **state)
     assert_int_equal(t.all, 2 * BODIES);
     assert_int_equal(t.step, 5);
     if (t.most > A_TICK) fail_msg("a tick took %zu of %d poses", t.most, BODIES);
-    assert_true(t.parts >= 4 && t.parts <= 20);
+    assert_in_range(t.parts, 4, 20 * DEARER); /* a slow build learns that poses take longer, and takes fewer */
     assert_int_equal(cell_replay(path, 3, true), 0);
     unlink(path);
     memory_disconnect(e);
