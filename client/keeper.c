@@ -66,6 +66,13 @@ static void seek_another(collided *c, const wire_status *s)
     if (c->status && strcmp(c->status->status.links, s->links) != 0 && c->link->ops->seek) c->link->ops->seek(c->link);
 }
 
+static int64_t counter_of(const wire_status *s, const char *name)
+{
+    for (size_t i = 0; i < s->counter_names.count; i++)
+        if (strcmp(s->counter_names.at[i], name) == 0) return s->counter_values.at[i];
+    return 0;
+}
+
 static void keeper_message(void *context, const wire_message *m)
 {
     collided *c = context;
@@ -76,6 +83,7 @@ static void keeper_message(void *context, const wire_message *m)
     bool first = !c->status || c->status->status.epoch != m->status.epoch; /* it may be waited for */
     free(c->status);
     c->status = message_copy(m);
+    c->crowd = counter_of(&m->status, "clients");
     if (first) session_wake_caller(c);
 }
 
@@ -100,21 +108,30 @@ static int64_t heartbeat(collided *c, int64_t now_ns)
 }
 
 /* A daemon tells its status once a second. Each search costs a datagram a well-known port, and a thousand clients that
- * search often leave the daemon no time to hear them: so they do it less and less often. */
-static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_LAST_NS = 4 * NS_PER_S;
+ * search often leave the daemon no time to speak, nor to hear them: so they do it less and less often, and the later the
+ * more of them there are, of which a status that comes late is the first sign that the machine has no time. */
+static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_LAST_NS = 4 * NS_PER_S,
+                     CROWD_NS = 4 * NS_PER_MS /* later for each client, */;
+
+static int64_t later_ns(const collided *c)
+{
+    const int64_t most = 2000;
+    return CROWD_NS * (c->crowd < 0 ? 0 : c->crowd < most ? c->crowd : most);
+}
 
 static int64_t seek(collided *c, int64_t now_ns)
 {
     if (!c->link->ops->seek) return INT64_MAX;
-    if (c->last_seen_ns && now_ns - c->last_seen_ns < QUIET_NS) {
+    int64_t later = later_ns(c), quiet = QUIET_NS + later, first = SEEK_FIRST_NS + later, last = SEEK_LAST_NS + later;
+    if (c->last_seen_ns && now_ns - c->last_seen_ns < quiet) {
         c->seek_ns = 0;
-        c->seek_wait_ns = SEEK_FIRST_NS;
-        return c->last_seen_ns + QUIET_NS;
+        c->seek_wait_ns = first;
+        return c->last_seen_ns + quiet;
     }
     if (c->seek_ns && now_ns < c->seek_ns) return c->seek_ns;
     if (c->seek_ns) c->link->ops->seek(c->link);
-    c->seek_wait_ns = c->seek_ns ? 2 * c->seek_wait_ns : SEEK_FIRST_NS;
-    if (c->seek_wait_ns > SEEK_LAST_NS) c->seek_wait_ns = SEEK_LAST_NS;
+    c->seek_wait_ns = c->seek_ns ? 2 * c->seek_wait_ns : first;
+    if (c->seek_wait_ns > last) c->seek_wait_ns = last;
     return c->seek_ns = now_ns + c->seek_wait_ns;
 }
 

@@ -125,6 +125,7 @@ struct collided {
     int64_t over;                /* the epoch that was told last to end: nobody who comes to it follows it any more */
     int64_t seek_ns;             /* when a daemon is sought next, while none is heard; 0 = one was */
     int64_t seek_wait_ns;        /* before that */
+    int64_t crowd;               /* clients that the daemon knows, by its last status */
     int64_t heartbeat_ns;        /* when the next one is due */
     int64_t heartbeat;           /* sequence of the last one */
     int64_t acknowledged_ns;     /* when one, or our announcement, was acknowledged last; 0 = never */

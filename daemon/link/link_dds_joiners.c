@@ -63,6 +63,13 @@ static void accept_all(joiners *t)
     }
 }
 
+/* A turn that took long says that the machine has no time: it gets as much again before the next turn. */
+static void pause_after(joiners *t, const joiner *one, int64_t now)
+{
+    int64_t took = now - (one->until_ns - JOINERS_MS * NS_PER_MS), quick = JOINERS_QUICK_MS * NS_PER_MS;
+    if (took > quick) t->pause_until_ns = now + took - quick;
+}
+
 static bool is_over(joiners *t, const joiner *one, short events, int64_t now)
 {
     if (events && !one->until_ns) {
@@ -72,10 +79,10 @@ static bool is_over(joiners *t, const joiner *one, short events, int64_t now)
             "within their connect_timeout_s",
             t->count);
     }
-    if (events) return true; /* a client has nothing to say: it hung up */
-    if (!one->until_ns || now < one->until_ns) return false;
-    metric_count(t->overdue, 1);
-    return true;
+    bool overdue = !events && one->until_ns && now >= one->until_ns;
+    if (overdue) metric_count(t->overdue, 1);
+    if (one->until_ns && events) pause_after(t, one, now); /* who is overdue may as well not come at all */
+    return events || overdue; /* a client has nothing to say: it hung up */
 }
 
 /* `polled` holds the places that there were when it was made; those behind have come since. */
@@ -106,7 +113,7 @@ static joiner *next_of(joiners *t)
 
 typedef struct turns_given {
     unsigned joining; /* turns that are not over */
-    int64_t alone_ns; /* until then the last one is to be alone */
+    int64_t alone_ns; /* until then the last one is to be alone, or the machine to get time */
     int64_t over_ns;  /* when the first one will have taken too long; INT64_MAX: there is none */
 } turns_given;
 
@@ -120,7 +127,7 @@ static int64_t alone_ns(const joiners *t)
 
 static turns_given look(const joiners *t)
 {
-    turns_given g = {.over_ns = INT64_MAX};
+    turns_given g = {.alone_ns = t->pause_until_ns, .over_ns = INT64_MAX};
     for (unsigned i = 0; i < t->count; i++) {
         int64_t until = t->at[i].until_ns, alone = until - JOINERS_MS * NS_PER_MS + alone_ns(t);
         if (!until) continue;

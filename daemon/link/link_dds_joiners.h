@@ -16,6 +16,7 @@ enum {
     JOINERS_AT_ONCE = 24,
     JOINERS_ALONE_MS = 100,    /* a turn is given no sooner after the last one, unless that one is over: */
     JOINERS_ALONE_MOST = 500,  /* twice as many ms as wait, from the one to the other */
+    JOINERS_QUICK_MS = 30,     /* what a turn takes beyond this passes once more before the next */
     JOINERS_MS = 2000,         /* who has not come in by then does not hinder the next any more */
     JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
@@ -34,6 +35,7 @@ typedef struct joiners {
     int stop_fd, listen_fd;                       /* below 0: not open; another daemon of this domain listens */
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
+    int64_t pause_until_ns; /* no turn is given before */
     uint32_t last_user; /* who had the last turn: of several users each has his */
     metric *waiting, *given, *overdue, *refused, *given_up;
 } joiners;

@@ -17,6 +17,9 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
+/* A client that is told makes its writers anew, and each of them is some ten packets: of a crowd that is not heard, since
+ * the machine has no time for it, so many a second are told, in turns. All at once kept the machine without time. */
+enum { REPORTS_EACH_S = 20 };
 enum { UNDER_WAY_S = 1, SILENCE_LEAST_S = 3, SILENCE_MOST_S = 10, REPORT_FIRST_S = 1, REPORT_LAST_S = 16 };
 
 void unheard_poses(service *s, const wire_pose_batch *m)
@@ -51,10 +54,13 @@ static bool is_silent(const service *s, const session *c)
     return c->link->ops->has_liveliness && c->hearing.said_ns && s->monotonic_ns - c->hearing.said_ns > patience;
 }
 
-static void report_unheard(service *s, session *c, bool poses)
+/* True: it would have been told, were it its turn. */
+static bool report_unheard(service *s, session *c, bool poses)
 {
     hearing *h = &c->hearing;
-    if (s->monotonic_ns < h->report_ns) return;
+    if (s->monotonic_ns < h->report_ns) return false;
+    if (s->monotonic_ns < s->unheard_report_ns) return true;
+    s->unheard_report_ns = s->monotonic_ns + SECOND_NS / REPORTS_EACH_S;
     if (!h->report_wait_s) metric_count(s->count.unheard, 1);
     h->report_wait_s = !h->report_wait_s                      ? REPORT_FIRST_S
                        : 2 * h->report_wait_s < REPORT_LAST_S ? 2 * h->report_wait_s
@@ -65,6 +71,7 @@ static void report_unheard(service *s, session *c, bool poses)
         poses ? "its poses do not come: the network loses them, or somebody forges packets"
               : "it is alive, and nothing comes: somebody forges packets, or the network carries one way only");
     apply_reject(s, c->link, poses ? WIRE_POSE_BATCH : WIRE_RECEIPT, c->client, h->said, -1, &why);
+    return false;
 }
 
 static void describe(service *s, const session *c)
@@ -79,13 +86,16 @@ void unheard_watch(service *s)
     s->clients_unheard = 0;
     s->unheard[0] = '\0';
     if (s->replaying || standby_waits(s)) return;
-    for (size_t i = 0; i < s->sessions.count; i++) {
-        session *c = s->sessions.at[i];
+    size_t count = s->sessions.count, first = s->unheard_first < count ? s->unheard_first : 0;
+    bool turn_is_set = false;
+    for (size_t i = 0; i < count; i++) {
+        size_t at = (first + i) % count;
+        session *c = s->sessions.at[at];
         bool here = !c->lost && !c->left, poses = here && lacks_poses(s, &c->hearing);
         if (poses || (here && is_silent(s, c))) {
             s->clients_unheard++;
             describe(s, c);
-            report_unheard(s, c, poses);
+            if (report_unheard(s, c, poses) && !turn_is_set) s->unheard_first = at, turn_is_set = true;
         } else if (c->hearing.report_wait_s) {
             c->hearing.report_wait_s = 0;
             if (here) log_notice("client %016" PRIx64 " '%s' is heard again", (uint64_t)c->client, c->name);
