@@ -164,7 +164,7 @@ static const char patient[] = "<HeartbeatInterval min=\"100ms\" minsched=\"100ms
 /* What a client says goes to daemons alone: it asks again after 10 ms (from the sixth time on less and less often), for
  * where another client floods the daemon's socket, one packet of ten is lost, whosever it is. It says at once that it
  * reads, since until then it is in its turn (wire_dds_turn.h), and drops what comes. */
-static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" max=\"4s\">100ms</HeartbeatInterval>"
+static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" max=\"4s\">10ms</HeartbeatInterval>"
                              "<NackDelay>20ms</NackDelay><AckDelay>10ms</AckDelay>"
                              "<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay>";
 
