@@ -1,11 +1,12 @@
 /* bench_world: what a tick of the world costs. First temporal coherence: which stage of the cascade settles how many
  * pairs of a robot cell and of a crowd, and what the caches save. Then one body that moves in worlds of ever more
  * bodies: the cost follows what changed. Then what is predicted of 1,000 pairs over a second, and the ways of 10,000
- * bodies. One thread, one worker. */
+ * bodies. One thread, one worker. At last worlds in which all bodies move, beside peers (world_moving.h). */
 #include "bench.h"
 
 #include "world/coherence.h"
 #include "world/world.h"
+#include "world_moving.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -315,6 +316,15 @@ static void measure_flights(bool json, double seconds)
     for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++) measure_flight(&KINDS[i], json, seconds);
 }
 
+static void measure_moving(const bench_options *o)
+{
+    if (!o->json)
+        printf("\nall bodies move and turn, 20 steps each in turns\n%-8s %-22s %-7s %7s %10s %10s %10s %10s %8s\n",
+            "bodies", "contender", "facts", "workers", "ms", "p99", "contacts", "bytes", "to best");
+    for (size_t bodies = 1000; bodies <= 100000; bodies *= 10)
+        if (!o->bodies || (size_t)o->bodies == bodies) world_moving_measure(bodies, o->seconds, o->json);
+}
+
 int main(int argc, char **argv)
 {
     bench_options o;
@@ -327,5 +337,6 @@ int main(int argc, char **argv)
         measure_one(o.json, bodies);
     }
     measure_flights(o.json, o.seconds);
+    measure_moving(&o);
     return 0;
 }
