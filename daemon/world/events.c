@@ -18,28 +18,28 @@ bool events_may_update(const world *w, const subscription *i)
 }
 
 /* An update that the rate holds back is told when it allows, though the pair may be back by then where it was. */
-static void update(world *w, uint32_t id, uint8_t kind, int64_t contact, bool news)
+static void update(world *w, uint32_t id, const world_event *now, uint8_t kind, int64_t contact, bool news)
 {
     watch *v = &w->watches.at[id];
     subscription *i = &w->subscriptions.at[v->subscription];
     if (!news && !v->dirty && !i->all) return;
     if (events_may_update(w, i)) {
         v->dirty = false;
-        events_emit(w, v->subscription, &v->last, kind, CAUSE_MOTION, contact);
+        events_emit(w, v->subscription, now, kind, CAUSE_MOTION, contact);
     } else if (!v->dirty) {
         v->dirty = true;
         watch_hold_back(w, id);
     }
 }
 
-static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
+static void begin_or_end_touch(world *w, watch *v, const world_event *now, bool touches, uint8_t cause)
 {
     if (touches && !v->touch_id) {
         v->touch_id = ++w->serial;
         w->figures.contacts++;
-        events_emit(w, v->subscription, &v->last, EVENT_BEGIN, cause, v->touch_id);
+        events_emit(w, v->subscription, now, EVENT_BEGIN, cause, v->touch_id);
     } else if (!touches && v->touch_id) {
-        events_emit(w, v->subscription, &v->last, EVENT_END, cause, v->touch_id);
+        events_emit(w, v->subscription, now, EVENT_END, cause, v->touch_id);
         v->touch_id = 0;
         w->figures.contacts--;
     }
@@ -47,26 +47,28 @@ static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
 
 /* A pair in contact is near as well: both episodes have an id, a begin and an end of their own; while it lasts, the
  * contact alone is updated. */
-static void transit(world *w, uint32_t id, bool touches, bool near, bool news, uint8_t cause)
+static void transit(
+    world *w, uint32_t id, const world_event *now, bool touches, bool near, bool news, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
     bool touched = v->touch_id, was_near = v->near_id;
     if (v->unknown) {
         v->unknown = false;
         news = true;
-        events_emit(w, v->subscription, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+        const world_event *first = v->touch_id || v->near_id ? now : &w->last_predicted.at[id];
+        events_emit(w, v->subscription, first, EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
     }
     if (near && !was_near) {
         v->near_id = ++w->serial;
-        events_emit(w, v->subscription, &v->last, EVENT_NEAR, cause, v->near_id);
+        events_emit(w, v->subscription, now, EVENT_NEAR, cause, v->near_id);
     }
-    begin_or_end_touch(w, v, touches, cause);
+    begin_or_end_touch(w, v, now, touches, cause);
     if (touched && touches)
-        update(w, id, EVENT_UPDATE, v->touch_id, news);
+        update(w, id, now, EVENT_UPDATE, v->touch_id, news);
     else if (near && was_near && !touches)
-        update(w, id, EVENT_NEAR, v->near_id, news || touched);
+        update(w, id, now, EVENT_NEAR, v->near_id, news || touched);
     if (!near && was_near) {
-        events_emit(w, v->subscription, &v->last, EVENT_FAR, cause, v->near_id);
+        events_emit(w, v->subscription, now, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
     if (!watch_id(v)) watch_drop(w, id);
@@ -89,6 +91,12 @@ uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)
     return r->lo > limit || r->hi <= limit ? WORLD_CERTAIN : WORLD_WITHIN;
 }
 
+static bool says_the_same(const world *w, uint32_t id, const world_event *now)
+{
+    world_event last = watch_contact(w, id);
+    return news_same_facts(&last, now);
+}
+
 static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscription_id, const terms *t)
 {
     const narrow_result *r = &w->results.at[o->result];
@@ -107,10 +115,10 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
     events_fill(w, p, r, subscription_id, t->distances.looks, &now);
     now.achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
     if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
-    bool news = v->recovered || !(v->touch_id || v->near_id) || !news_same_facts(&v->last, &now);
+    bool news = v->recovered || !(v->touch_id || v->near_id) || !says_the_same(w, id, &now);
     v->recovered = false;
-    event_copy(&v->last, &now, false);
-    transit(w, id, touches, near, news, t->cause);
+    watch_keep_contact(w, id, &now);
+    transit(w, id, &now, touches, near, news, t->cause);
 }
 
 void events_of_active(world *w)

@@ -38,7 +38,12 @@ bool events_may_update(const world *w, const subscription *i);
 
 /* Watches: what one subscription was told of one pair. */
 int64_t watch_id(const watch *v); /* of what was reported first; 0: nothing stands */
-const world_event *watch_last(const watch *v);
+world_event watch_last(const world *w, uint32_t id); /* what was last reported of that */
+void watch_reserve(world *w, size_t count);
+/* The last event of contact or nearness: kept, and as it was. */
+void watch_keep_contact(world *w, uint32_t id, const world_event *e);
+world_event watch_contact(const world *w, uint32_t id);
+void watch_keep_predicted(world *w, uint32_t id, const world_event *e);
 /* WORLD_NONE: there is none. An old one ends here. */
 uint32_t watch_find(world *w, const pair *p, uint32_t subscription);
 uint32_t watch_add(world *w, uint32_t pair, uint32_t subscription);

@@ -25,15 +25,18 @@ static void release_held(world *w, uint32_t subscription_id)
         v->dirty = v->predicted_dirty = false;
         if (v->unknown) continue;
         if (predicted) {
-            events_refresh_ages(w, v, &v->predicted);
-            events_emit(w, subscription_id, &v->predicted, EVENT_PREDICTED, CAUSE_MOTION, v->predicted_id);
+            world_event *last = &w->last_predicted.at[i->held.at[k]];
+            events_refresh_ages(w, v, last);
+            events_emit(w, subscription_id, last, EVENT_PREDICTED, CAUSE_MOTION, v->predicted_id);
         }
         if (!dirty || !(v->touch_id || v->near_id)) continue; /* what was held back has ended */
-        events_refresh_ages(w, v, &v->last);
+        world_event last = watch_contact(w, i->held.at[k]);
+        events_refresh_ages(w, v, &last);
+        watch_keep_contact(w, i->held.at[k], &last);
         if (v->touch_id)
-            events_emit(w, subscription_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
+            events_emit(w, subscription_id, &last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
         else
-            events_emit(w, subscription_id, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+            events_emit(w, subscription_id, &last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
     }
     i->held.count = 0;
 }

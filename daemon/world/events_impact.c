@@ -40,7 +40,7 @@ static void report_averted(world *w, uint32_t id)
 {
     watch *v = &w->watches.at[id];
     if (!v->predicted_id) return;
-    events_emit(w, v->subscription, &v->predicted, EVENT_AVERTED, CAUSE_MOTION, v->predicted_id);
+    events_emit(w, v->subscription, &w->last_predicted.at[id], EVENT_AVERTED, CAUSE_MOTION, v->predicted_id);
     v->predicted_id = 0;
     v->predicted_dirty = false;
     if (!watch_id(v)) watch_drop(w, id);
@@ -57,13 +57,18 @@ static void make_known(world *w, const sweep *s, uint32_t id)
     uint32_t result = w->outcomes.at[s->active].result;
     if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
         const subscription *i = &w->subscriptions.at[v->subscription];
-        events_fill(w, p, &w->results.at[result], v->subscription, pair_kept_terms(p).looks, &v->last);
-        v->last.achieved = events_achieved(&w->results.at[result], &w->outcomes.at[s->active],
+        world_event now;
+        events_fill(w, p, &w->results.at[result], v->subscription, pair_kept_terms(p).looks, &now);
+        now.achieved = events_achieved(&w->results.at[result], &w->outcomes.at[s->active],
             (v->touch_id ? i->threshold : i->range) + i->hysteresis);
+        watch_keep_contact(w, id, &now);
     } else if (s->result.status != TOI_FREE) {
-        fill_sweep(w, s, &v->predicted);
+        world_event now;
+        fill_sweep(w, s, &now);
+        watch_keep_predicted(w, id, &now);
     }
-    events_emit(w, v->subscription, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+    world_event last = watch_last(w, id);
+    events_emit(w, v->subscription, &last, EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
 }
 
 static void report_predicted(world *w, const sweep *s)
@@ -81,9 +86,10 @@ static void report_predicted(world *w, const sweep *s)
     world_event now;
     fill_sweep(w, s, &now);
     bool is_new = !v->predicted_id;
-    bool news = is_new || was_unknown || !news_same_facts(&v->predicted, &now) ||
-                !news_same_impact(&v->predicted.impact, &now.impact);
-    v->predicted = now;
+    const world_event *last = &w->last_predicted.at[id];
+    bool news =
+        is_new || was_unknown || !news_same_facts(last, &now) || !news_same_impact(&last->impact, &now.impact);
+    watch_keep_predicted(w, id, &now);
     if (is_new) {
         v->predicted_id = ++w->serial;
         w->figures.predicted++;
@@ -91,7 +97,7 @@ static void report_predicted(world *w, const sweep *s)
     if (!news && !v->predicted_dirty && !i->all) return;
     if (is_new || events_may_update(w, i)) {
         v->predicted_dirty = false;
-        events_emit(w, s->subscription, &v->predicted, EVENT_PREDICTED, CAUSE_MOTION, v->predicted_id);
+        events_emit(w, s->subscription, &now, EVENT_PREDICTED, CAUSE_MOTION, v->predicted_id);
     } else if (!v->predicted_dirty) {
         v->predicted_dirty = true;
         watch_hold_back(w, id);

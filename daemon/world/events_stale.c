@@ -75,7 +75,8 @@ static void report_pair_unknown(world *w, uint64_t key)
         if (v->unknown) continue;
         snapshot_before(w, id);
         v->unknown = true;
-        events_emit(w, v->subscription, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
+        world_event last = watch_last(w, id);
+        events_emit(w, v->subscription, &last, EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
     }
 }
 

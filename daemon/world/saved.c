@@ -3,6 +3,7 @@
 #include "saved.h"
 
 #include "base/hash.h"
+#include "events.h"
 #include "geom/compound.h"
 #include "match.h"
 #include "state.h"
@@ -329,52 +330,36 @@ static const char *get_pair(bytes_in *from, world *w)
     return NULL;
 }
 
-typedef enum names { NAMES_NONE, NAMES_STRAIGHT, NAMES_TURNED } names; /* whose names an event has */
-
-static uint8_t names_of(const world *w, const pair *p, const world_event *e)
+/* Whose names an event has is told by one bit. */
+static void put_predicted(bytes_out *to, const world *w, const pair *p, const world_event *e)
 {
-    if (!e->name_a) return NAMES_NONE;
-    const body *a = &w->bodies.at[w->colliders.at[p->a].body];
-    return e->name_a == a->name ? NAMES_STRAIGHT : NAMES_TURNED;
-}
-
-static void give_names(const world *w, const pair *p, uint8_t which, world_event *e)
-{
-    const char *a = w->bodies.at[w->colliders.at[p->a].body].name, *b = w->bodies.at[w->colliders.at[p->b].body].name;
-    e->name_a = which == NAMES_NONE ? NULL : which == NAMES_STRAIGHT ? a : b;
-    e->name_b = which == NAMES_NONE ? NULL : which == NAMES_STRAIGHT ? b : a;
-}
-
-/* Half of what a watch has room for was never told, in most of them: that is left out. */
-enum { WATCH_HEAD = offsetof(watch, last) };
-_Static_assert(sizeof(watch) == WATCH_HEAD + 2 * sizeof(world_event), "the events are what comes last");
-
-static void put_event(bytes_out *to, const world *w, const pair *p, const world_event *e)
-{
-    uint8_t which = names_of(w, p, e);
+    bool turned = e->name_a != w->bodies.at[w->colliders.at[p->a].body].name;
     world_event bare = *e;
     bare.name_a = bare.name_b = NULL;
-    bytes_put(to, &which, sizeof which);
-    if (which != NAMES_NONE) bytes_put(to, &bare, sizeof bare);
+    bytes_put(to, &turned, sizeof turned);
+    bytes_put(to, &bare, sizeof bare);
 }
 
-static void get_event(bytes_in *from, const world *w, const pair *p, world_event *e)
+static void get_predicted(bytes_in *from, const world *w, const pair *p, world_event *e)
 {
-    uint8_t which;
-    bytes_get(from, &which, sizeof which);
-    if (which == NAMES_NONE) return;
+    const char *a = w->bodies.at[w->colliders.at[p->a].body].name, *b = w->bodies.at[w->colliders.at[p->b].body].name;
+    bool turned = false;
+    bytes_get(from, &turned, sizeof turned);
     bytes_get(from, e, sizeof *e);
-    give_names(w, p, which, e);
+    e->name_a = turned ? b : a;
+    e->name_b = turned ? a : b;
 }
 
+/* Much of what there is room for was never reported, of most watches: that is left out. */
 static void put_watch(bytes_out *to, const world *w, uint32_t id)
 {
     const watch *v = &w->watches.at[id];
-    const pair *p = &w->pairs.at[v->pair];
+    const last_contact *l = &w->last_contacts.at[id];
     bytes_put(to, &id, sizeof id);
-    bytes_put(to, v, WATCH_HEAD);
-    put_event(to, w, p, &v->last);
-    put_event(to, w, p, &v->predicted);
+    bytes_put(to, v, sizeof *v);
+    if (v->has_contact) bytes_put(to, l, sizeof *l);
+    if (v->has_contact) bytes_put(to, w->last_points.at[id].at, l->points * sizeof(manifold_point));
+    if (v->has_predicted) put_predicted(to, w, &w->pairs.at[v->pair], &w->last_predicted.at[id]);
 }
 
 static const char *get_watch(bytes_in *from, world *w)
@@ -382,11 +367,13 @@ static const char *get_watch(bytes_in *from, world *w)
     uint32_t id;
     watch v = {.used = false};
     bytes_get(from, &id, sizeof id);
-    if (!bytes_get(from, &v, WATCH_HEAD) || id >= w->watches.count || v.pair >= w->pairs.count ||
+    if (!bytes_get(from, &v, sizeof v) || id >= w->watches.count || v.pair >= w->pairs.count ||
         v.subscription >= w->subscriptions.count || !w->pairs.at[v.pair].used)
         return "a watch is cut off";
-    get_event(from, w, &w->pairs.at[v.pair], &v.last);
-    get_event(from, w, &w->pairs.at[v.pair], &v.predicted);
+    last_contact *l = &w->last_contacts.at[id];
+    if (v.has_contact && (!bytes_get(from, l, sizeof *l) || l->points > MANIFOLD_POINTS_MAX)) return "a watch is cut off";
+    if (v.has_contact) bytes_get(from, w->last_points.at[id].at, l->points * sizeof(manifold_point));
+    if (v.has_predicted) get_predicted(from, w, &w->pairs.at[v.pair], &w->last_predicted.at[id]);
     w->watches.at[id] = v;
     return from->broken ? "a watch is cut off" : NULL;
 }
@@ -410,7 +397,7 @@ uint64_t world_saved_layout(void)
         sizeof(payer), sizeof(past_motion), sizeof(goer), offsetof(body, past), offsetof(body, effort),
         offsetof(body, passed), offsetof(body, name), offsetof(body, searches_left), offsetof(subscription, events),
         offsetof(pair, swept_tick), offsetof(pair, wait_next), offsetof(pair, standing), offsetof(pair, cache),
-        offsetof(pair, payer), offsetof(watch, last)};
+        offsetof(pair, payer), sizeof(last_contact), sizeof(world_event), offsetof(watch, has_contact)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -467,7 +454,7 @@ size_t world_saved_size(const world *w)
     enum { TEXTS = 64, BESIDE = 32 };
     size_t a_body = sizeof(body) + TEXTS + BESIDE;
     size_t a_collider = sizeof(collider) + sizeof(shape) + sizeof(broad_move) + BESIDE;
-    size_t a_watch = WATCH_HEAD + sizeof(world_event) + BESIDE;
+    size_t a_watch = sizeof(watch) + sizeof(last_contact) + sizeof(world_event) + BESIDE;
     return sizeof(head) + w->bodies.count * a_body + w->colliders.count * a_collider +
            w->pairs.count * (sizeof(pair) + BESIDE) + w->watches.count * a_watch +
            w->subscriptions.count * (sizeof(subscription) + TEXTS + BESIDE) +
@@ -613,7 +600,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     array_reserve_in_place(&w->colliders, (size_t)w->collider_ids.end + 1);
     array_reserve(&w->subscriptions, (size_t)w->subscription_ids.end + 1);
     array_reserve_in_place(&w->pairs, (size_t)w->pair_ids.end + 1);
-    array_reserve_in_place(&w->watches, (size_t)w->watch_ids.end + 1);
+    watch_reserve(w, (size_t)w->watch_ids.end + 1);
     MAKE_PLACES(&w->bodies, &w->body_ids);
     MAKE_PLACES(&w->colliders, &w->collider_ids);
     MAKE_PLACES(&w->subscriptions, &w->subscription_ids);

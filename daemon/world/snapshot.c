@@ -34,14 +34,16 @@ void snapshot_take(world *w, uint32_t watch_no)
     watch *v = &w->watches.at[watch_no];
     uint32_t id = v->subscription;
     v->snap = w->subscriptions.at[id].snap;
-    world_event last = v->touch_id || v->near_id ? v->last : v->predicted, predicted = v->predicted;
-    uint8_t unknown = v->unknown;
-    if (v->touch_id || v->near_id) events_refresh_ages(w, v, &last);
-    if (v->predicted_id) events_refresh_ages(w, v, &predicted);
+    world_event as_reported = watch_last(w, watch_no), last = as_reported;
+    events_refresh_ages(w, v, &last);
     if (v->touch_id) add_image(w, id, last, EVENT_BEGIN, v->touch_id);
     if (v->near_id) add_image(w, id, last, EVENT_NEAR, v->near_id);
-    if (v->predicted_id) add_image(w, id, predicted, EVENT_PREDICTED, v->predicted_id);
-    if (unknown) add_image(w, id, *watch_last(v), EVENT_UNKNOWN, watch_id(v));
+    if (v->predicted_id) {
+        world_event predicted = w->last_predicted.at[watch_no];
+        events_refresh_ages(w, v, &predicted);
+        add_image(w, id, predicted, EVENT_PREDICTED, v->predicted_id);
+    }
+    if (v->unknown) add_image(w, id, as_reported, EVENT_UNKNOWN, watch_id(v));
 }
 
 /* By contacts; what is unknown is told behind all that is. */

@@ -175,8 +175,9 @@ typedef struct ruling {          /* what the filters of two bodies say, as long 
     int8_t looks;
 } ruling;
 
-typedef struct watch {
-    uint32_t pair, subscription;
+typedef struct watch { /* one line; what was reported last is beside it, under the same id: see watch.c */
+    _Alignas(64) uint32_t pair;
+    uint32_t subscription;
     uint32_t pair_next; /* of the same pair, by rising subscription */
     uint32_t subscription_next, subscription_prev;
     uint32_t snap; /* the subscription's snapshot that it is in, or of which it is too late to be one */
@@ -184,9 +185,25 @@ typedef struct watch {
     bool used, unknown, dirty, predicted_dirty; /* dirty: an update that the rate held back */
     bool listed;                                /* for drop_void_held */
     bool recovered;                             /* known again in this tick: its state follows, be it new or not */
-    world_event last;                           /* of contact and nearness */
-    world_event predicted;                      /* the last one that was predicted */
+    bool has_contact, has_predicted;            /* are there a last_contact and a last_predicted? */
 } watch;
+_Static_assert(sizeof(watch) == 64, "a line");
+
+typedef struct last_contact { /* what the last event of contact or nearness said, beyond what its pair says */
+    double lo, hi;
+    vec3 axis, point_a, point_b;
+    double closing;
+    int64_t age_a_ns, age_b_ns;
+    int32_t shape_a, shape_b;
+    uint8_t achieved;
+    uint8_t points; /* of last_points */
+    bool turned;    /* the pair's B is its A */
+} last_contact;
+_Static_assert(sizeof(last_contact) <= 128, "with its watch three lines");
+
+typedef struct last_points { /* of the manifold of a last_contact */
+    manifold_point at[MANIFOLD_POINTS_MAX];
+} last_points;
 
 typedef struct standing { /* bounds that were told, widened by a slack: they hold while B moves by at most that */
     pose b_in_a;          /* relative to A, since here */
@@ -356,6 +373,9 @@ struct world {
     ARRAY(subscription) subscriptions;
     ARRAY(pair) pairs;
     ARRAY(watch) watches;
+    ARRAY(last_contact) last_contacts; /* these three under the ids of watches */
+    ARRAY(last_points) last_points;
+    ARRAY(world_event) last_predicted;
     id_pool body_ids, collider_ids, subscription_ids, pair_ids, watch_ids;
     pair_map pair_of; /* key of two colliders -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */

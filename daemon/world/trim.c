@@ -29,6 +29,9 @@ void world_trim(world *w)
 {
     GIVE_UNUSED_BACK(&w->pairs, &w->pair_ids);
     GIVE_UNUSED_BACK(&w->watches, &w->watch_ids);
+    GIVE_UNUSED_BACK(&w->last_contacts, &w->watch_ids);
+    GIVE_UNUSED_BACK(&w->last_points, &w->watch_ids);
+    GIVE_UNUSED_BACK(&w->last_predicted, &w->watch_ids);
     for (size_t i = 0; i < w->subscriptions.count; i++) trim_subscription(&w->subscriptions.at[i]);
     w->active.count = w->active_pairs.count = w->outcomes.count = w->open.count = w->needs.count = 0;
     w->results.count = w->sweeps.count = w->sweep_order.count = w->sweep_keys.count = w->search_again.count =

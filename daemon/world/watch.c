@@ -5,15 +5,81 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 int64_t watch_id(const watch *v)
 {
     return v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->predicted_id;
 }
 
-const world_event *watch_last(const watch *v)
+/* Room for what is reported of it; memory only where something is. */
+static void reserve_last(world *w, uint32_t id)
 {
-    return v->touch_id || v->near_id ? &v->last : &v->predicted;
+    array_reserve_in_place(&w->last_contacts, (size_t)id + 1);
+    array_reserve_in_place(&w->last_points, (size_t)id + 1);
+    array_reserve_in_place(&w->last_predicted, (size_t)id + 1);
+}
+
+void watch_reserve(world *w, size_t count)
+{
+    array_reserve_in_place(&w->watches, count);
+    if (count) reserve_last(w, (uint32_t)count - 1);
+}
+
+void watch_keep_contact(world *w, uint32_t id, const world_event *e)
+{
+    watch *v = &w->watches.at[id];
+    const body *a = &w->bodies.at[w->colliders.at[w->pairs.at[v->pair].a].body];
+    v->has_contact = true;
+    w->last_contacts.at[id] = (last_contact){.lo = e->lo,
+        .hi = e->hi,
+        .axis = e->axis,
+        .point_a = e->point_a,
+        .point_b = e->point_b,
+        .closing = e->closing,
+        .age_a_ns = e->age_a_ns,
+        .age_b_ns = e->age_b_ns,
+        .shape_a = e->shape_a,
+        .shape_b = e->shape_b,
+        .achieved = e->achieved,
+        .points = (uint8_t)e->manifold.count,
+        .turned = e->name_a != a->name};
+    memcpy(w->last_points.at[id].at, e->manifold.points, e->manifold.count * sizeof(manifold_point));
+}
+
+world_event watch_contact(const world *w, uint32_t id)
+{
+    const last_contact *l = &w->last_contacts.at[id];
+    const pair *p = &w->pairs.at[w->watches.at[id].pair];
+    const char *a = w->bodies.at[w->colliders.at[p->a].body].name, *b = w->bodies.at[w->colliders.at[p->b].body].name;
+    world_event e = {.name_a = l->turned ? b : a,
+        .name_b = l->turned ? a : b,
+        .lo = l->lo,
+        .hi = l->hi,
+        .axis = l->axis,
+        .point_a = l->point_a,
+        .point_b = l->point_b,
+        .closing = l->closing,
+        .age_a_ns = l->age_a_ns,
+        .age_b_ns = l->age_b_ns,
+        .shape_a = l->shape_a,
+        .shape_b = l->shape_b,
+        .achieved = l->achieved,
+        .manifold = {.count = l->points}};
+    memcpy(e.manifold.points, w->last_points.at[id].at, l->points * sizeof(manifold_point));
+    return e;
+}
+
+void watch_keep_predicted(world *w, uint32_t id, const world_event *e)
+{
+    w->watches.at[id].has_predicted = true;
+    w->last_predicted.at[id] = *e;
+}
+
+world_event watch_last(const world *w, uint32_t id)
+{
+    const watch *v = &w->watches.at[id];
+    return v->touch_id || v->near_id ? watch_contact(w, id) : w->last_predicted.at[id];
 }
 
 uint32_t watch_find(world *w, const pair *p, uint32_t subscription)
@@ -31,7 +97,7 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t subscription_id)
 {
     assert(w->pairs.at[pair_id].used && w->subscriptions.at[subscription_id].used);
     uint32_t id = id_pool_take(&w->watch_ids);
-    array_reserve_in_place(&w->watches, (size_t)id + 1);
+    watch_reserve(w, (size_t)id + 1);
     if (id >= w->watches.count) w->watches.count = id + 1;
     watch *v = &w->watches.at[id];
     subscription *i = &w->subscriptions.at[subscription_id];
@@ -123,14 +189,16 @@ void watch_hold_back(world *w, uint32_t id)
 
 void watch_end(world *w, uint32_t id, uint8_t cause)
 {
-    watch *v = &w->watches.at[id];
+    const watch *v = &w->watches.at[id];
     snapshot_before(w, id);
-    if (v->touch_id) {
-        events_emit(w, v->subscription, &v->last, EVENT_END, cause, v->touch_id);
-        w->figures.contacts--;
+    if (v->touch_id || v->near_id) {
+        world_event last = watch_contact(w, id);
+        if (v->touch_id) events_emit(w, v->subscription, &last, EVENT_END, cause, v->touch_id);
+        w->figures.contacts -= v->touch_id != 0;
+        if (v->near_id) events_emit(w, v->subscription, &last, EVENT_FAR, cause, v->near_id);
     }
-    if (v->near_id) events_emit(w, v->subscription, &v->last, EVENT_FAR, cause, v->near_id);
-    if (v->predicted_id) events_emit(w, v->subscription, &v->predicted, EVENT_AVERTED, cause, v->predicted_id);
+    if (v->predicted_id)
+        events_emit(w, v->subscription, &w->last_predicted.at[id], EVENT_AVERTED, cause, v->predicted_id);
     watch_drop(w, id);
 }
 

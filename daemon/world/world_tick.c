@@ -116,6 +116,9 @@ void world_destroy(world *w)
     array_free_in_place(&w->pairs);
     free(w->rulings);
     array_free_in_place(&w->watches);
+    array_free_in_place(&w->last_contacts);
+    array_free_in_place(&w->last_points);
+    array_free_in_place(&w->last_predicted);
     array_free(&w->dirty);
     array_free(&w->left);
     array_free(&w->movers);
