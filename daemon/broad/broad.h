@@ -128,6 +128,9 @@ void broad_each_pair_of(const broad *b, uint32_t proxy, void (*visit)(void *cont
 void broad_each_number_of(
     broad *b, uint32_t proxy, void (*visit)(void *context, uint32_t other, uint32_t *number), void *context);
 
+/* The records that broad_each_number_of will go through are fetched into the caches. It changes nothing. */
+void broad_fetch_numbers_of(const broad *b, uint32_t proxy);
+
 /* Each proxy whose fat box meets `box` / whose fat box the segment from..from+length*direction meets; in an
  * order that is nobody's business, but the same after the same changes. Returning false stops. */
 typedef bool broad_visit(void *context, uint32_t proxy);

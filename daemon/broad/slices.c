@@ -51,6 +51,12 @@ void broad_each_number_of(
         visit(context, pairs_other(&b->pairs, link), &b->pairs.records.at[link >> 1].number);
 }
 
+void broad_fetch_numbers_of(const broad *b, uint32_t id)
+{
+    uint32_t link = pairs_first(&b->pairs, id);
+    if (link != PAIRS_NO_LINK) __builtin_prefetch(&b->pairs.records.at[link >> 1]);
+}
+
 /* ---- where asking has a price ----
  *
  * Then those that are refused take a share of the units, too, and a search goes on behind the last that it has asked:

@@ -483,13 +483,39 @@ static void unpark(world *w)
         if (w->bodies.at[id].used && w->bodies.at[id].is_parked) make_due(w, id, &recent);
 }
 
+/* What lies beyond the caches in a large world is asked for while the bodies before are taken: a body, then the records
+ * of its pairs, then its pairs. */
+static void fetch_pair_of_number(void *context, uint32_t other, uint32_t *number)
+{
+    const world *w = context;
+    (void)other;
+    if (*number != BROAD_NO_NUMBER) __builtin_prefetch(&w->pairs.at[*number]);
+}
+
+static void fetch_awake_ahead(world *w, size_t i)
+{
+    enum { BODIES_AHEAD = 16, SHAPES_AHEAD = 12, RECORDS_AHEAD = 8, PAIRS_AHEAD = 4 };
+    if (i + BODIES_AHEAD >= w->awake.count) return;
+    __builtin_prefetch(&w->bodies.at[w->awake.at[i + BODIES_AHEAD]].shapes);
+    const body *shapes = &w->bodies.at[w->awake.at[i + SHAPES_AHEAD]],
+               *records = &w->bodies.at[w->awake.at[i + RECORDS_AHEAD]],
+               *pairs = &w->bodies.at[w->awake.at[i + PAIRS_AHEAD]];
+    if (shapes->shape_count) __builtin_prefetch(shapes->shapes);
+    if (records->pair_count) broad_fetch_numbers_of(w->broad, records->shapes[0]);
+    if (pairs->pair_count && pairs->pair_count <= 16)
+        broad_each_number_of(w->broad, pairs->shapes[0], fetch_pair_of_number, w);
+}
+
 void slices_take(world *w, uint64_t spent)
 {
     uint32_t recent = WORLD_NONE;
     unpark(w);
     bool direct = !w->due && !broad_unsearched_count(w->broad);
     for (size_t i = 0; i < w->fresh_now.count; i++) w->bodies.at[w->fresh_now.at[i]].changed_tick = w->figures.ticks;
-    for (size_t i = 0; i < w->awake.count; i++) take_or_put_off(w, w->awake.at[i], direct, &spent, &recent);
+    for (size_t i = 0; i < w->awake.count; i++) {
+        fetch_awake_ahead(w, i);
+        take_or_put_off(w, w->awake.at[i], direct, &spent, &recent);
+    }
     for (size_t i = 0; i < w->fresh_now.count; i++) take_or_put_off(w, w->fresh_now.at[i], direct, &spent, &recent);
     if (!direct) take_turns(w, &spent);
     w->figures.slice_units = spent;
