@@ -108,8 +108,8 @@ static int64_t heartbeat(collided *c, int64_t now_ns)
 }
 
 /* A daemon tells its status once a second. Each search costs a datagram a well-known port, and a thousand clients that
- * search often leave the daemon no time to speak, nor to hear them: so they do it less and less often, and the later the
- * more of them there are, of which a status that comes late is the first sign that the machine has no time. */
+ * search often leave the daemon no time to speak, nor to hear them: so they do it less and less often, and the later
+ * the more of them there are, of which a status that comes late is the first sign that the machine has no time. */
 static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_LAST_NS = 4 * NS_PER_S,
                      CROWD_NS = 4 * NS_PER_MS /* later for each client, */;
 

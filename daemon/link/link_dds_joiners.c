@@ -82,7 +82,7 @@ static bool is_over(joiners *t, const joiner *one, short events, int64_t now)
     bool overdue = !events && one->until_ns && now >= one->until_ns;
     if (overdue) metric_count(t->overdue, 1);
     if (one->until_ns && events) pause_after(t, one, now); /* who is overdue may as well not come at all */
-    return events || overdue; /* a client has nothing to say: it hung up */
+    return events || overdue;                              /* a client has nothing to say: it hung up */
 }
 
 /* `polled` holds the places that there were when it was made; those behind have come since. */

@@ -36,7 +36,7 @@ typedef struct joiners {
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
     int64_t pause_until_ns; /* no turn is given before */
-    uint32_t last_user; /* who had the last turn: of several users each has his */
+    uint32_t last_user;     /* who had the last turn: of several users each has his */
     metric *waiting, *given, *overdue, *refused, *given_up;
 } joiners;
 

@@ -86,7 +86,7 @@ typedef struct service {
     size_t streams_behind, streams_starving;
     char starving[384]; /* the first stream that starves, for people; "" = none does */
     size_t clients_unheard;
-    char unheard[256]; /* the first of them, for people; "" = all are heard */
+    char unheard[256];         /* the first of them, for people; "" = all are heard */
     int64_t unheard_report_ns; /* when the next of them may be told, monotonic, ... */
     size_t unheard_first;      /* ... and which session's turn it is */
     wire_memory *backlog_memory;

@@ -17,8 +17,9 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
-/* A client that is told makes its writers anew, and each of them is some ten packets: of a crowd that is not heard, since
- * the machine has no time for it, so many a second are told, in turns. All at once kept the machine without time. */
+/* A client that is told makes its writers anew, and each of them is some ten packets: of a crowd that is not heard,
+ * since the machine has no time for it, so many a second are told, in turns. All at once kept the machine without time.
+ */
 enum { REPORTS_EACH_S = 20 };
 enum { UNDER_WAY_S = 1, SILENCE_LEAST_S = 3, SILENCE_MOST_S = 10, REPORT_FIRST_S = 1, REPORT_LAST_S = 16 };
 

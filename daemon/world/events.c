@@ -47,8 +47,7 @@ static void begin_or_end_touch(world *w, watch *v, const world_event *now, bool 
 
 /* A pair in contact is near as well: both episodes have an id, a begin and an end of their own; while it lasts, the
  * contact alone is updated. */
-static void transit(
-    world *w, uint32_t id, const world_event *now, bool touches, bool near, bool news, uint8_t cause)
+static void transit(world *w, uint32_t id, const world_event *now, bool touches, bool near, bool news, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
     bool touched = v->touch_id, was_near = v->near_id;

@@ -37,7 +37,7 @@ void events_turn_round(world_event *e);
 bool events_may_update(const world *w, const subscription *i);
 
 /* Watches: what one subscription was told of one pair. */
-int64_t watch_id(const watch *v); /* of what was reported first; 0: nothing stands */
+int64_t watch_id(const watch *v);                    /* of what was reported first; 0: nothing stands */
 world_event watch_last(const world *w, uint32_t id); /* what was last reported of that */
 void watch_reserve(world *w, size_t count);
 /* The last event of contact or nearness: kept, and as it was. */

@@ -87,8 +87,7 @@ static void report_predicted(world *w, const sweep *s)
     fill_sweep(w, s, &now);
     bool is_new = !v->predicted_id;
     const world_event *last = &w->last_predicted.at[id];
-    bool news =
-        is_new || was_unknown || !news_same_facts(last, &now) || !news_same_impact(&last->impact, &now.impact);
+    bool news = is_new || was_unknown || !news_same_facts(last, &now) || !news_same_impact(&last->impact, &now.impact);
     watch_keep_predicted(w, id, &now);
     if (is_new) {
         v->predicted_id = ++w->serial;

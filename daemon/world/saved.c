@@ -371,7 +371,8 @@ static const char *get_watch(bytes_in *from, world *w)
         v.subscription >= w->subscriptions.count || !w->pairs.at[v.pair].used)
         return "a watch is cut off";
     last_contact *l = &w->last_contacts.at[id];
-    if (v.has_contact && (!bytes_get(from, l, sizeof *l) || l->points > MANIFOLD_POINTS_MAX)) return "a watch is cut off";
+    if (v.has_contact && (!bytes_get(from, l, sizeof *l) || l->points > MANIFOLD_POINTS_MAX))
+        return "a watch is cut off";
     if (v.has_contact) bytes_get(from, w->last_points.at[id].at, l->points * sizeof(manifold_point));
     if (v.has_predicted) get_predicted(from, w, &w->pairs.at[v.pair], &w->last_predicted.at[id]);
     w->watches.at[id] = v;

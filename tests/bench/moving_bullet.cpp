@@ -25,9 +25,12 @@ struct moving_world {
 btCollisionShape *shape_of(const moving_body &b)
 {
     switch (b.kind) {
-    case MOVING_BALL: return new btSphereShape(btScalar(b.half[0]));
-    case MOVING_BOX: return new btBoxShape({btScalar(b.half[0]), btScalar(b.half[1]), btScalar(b.half[2])});
-    default: return new btCapsuleShapeZ(btScalar(b.half[0]), btScalar(2 * b.half[1]));
+    case MOVING_BALL:
+        return new btSphereShape(btScalar(b.half[0]));
+    case MOVING_BOX:
+        return new btBoxShape({btScalar(b.half[0]), btScalar(b.half[1]), btScalar(b.half[2])});
+    default:
+        return new btCapsuleShapeZ(btScalar(b.half[0]), btScalar(2 * b.half[1]));
     }
 }
 

@@ -18,9 +18,12 @@ struct moving_world {
 std::shared_ptr<fcl::CollisionGeometry<double>> geometry_of(const moving_body &b)
 {
     switch (b.kind) {
-    case MOVING_BALL: return std::make_shared<fcl::Sphere<double>>(b.half[0]);
-    case MOVING_BOX: return std::make_shared<fcl::Box<double>>(2 * b.half[0], 2 * b.half[1], 2 * b.half[2]);
-    default: return std::make_shared<fcl::Capsule<double>>(b.half[0], 2 * b.half[1]);
+    case MOVING_BALL:
+        return std::make_shared<fcl::Sphere<double>>(b.half[0]);
+    case MOVING_BOX:
+        return std::make_shared<fcl::Box<double>>(2 * b.half[0], 2 * b.half[1], 2 * b.half[2]);
+    default:
+        return std::make_shared<fcl::Capsule<double>>(b.half[0], 2 * b.half[1]);
     }
 }
 
@@ -69,5 +72,5 @@ void destroy(void *context)
 
 } // namespace
 
-extern "C" const moving_peer moving_fcl = {"fcl", 10000, create, destroy, step,
-    "fcl::DynamicAABBTreeCollisionManager::update, collide; fcl::collide"};
+extern "C" const moving_peer moving_fcl = {
+    "fcl", 10000, create, destroy, step, "fcl::DynamicAABBTreeCollisionManager::update, collide; fcl::collide"};

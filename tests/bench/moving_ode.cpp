@@ -18,9 +18,12 @@ struct moving_world {
 dGeomID geom_of(dSpaceID space, const moving_body &b)
 {
     switch (b.kind) {
-    case MOVING_BALL: return dCreateSphere(space, b.half[0]);
-    case MOVING_BOX: return dCreateBox(space, 2 * b.half[0], 2 * b.half[1], 2 * b.half[2]);
-    default: return dCreateCapsule(space, b.half[0], 2 * b.half[1]);
+    case MOVING_BALL:
+        return dCreateSphere(space, b.half[0]);
+    case MOVING_BOX:
+        return dCreateBox(space, 2 * b.half[0], 2 * b.half[1], 2 * b.half[2]);
+    default:
+        return dCreateCapsule(space, b.half[0], 2 * b.half[1]);
     }
 }
 

@@ -78,8 +78,10 @@ void moving_scene_step(moving_scene *s)
     const double h = 1.0 / MOVING_HZ;
     for (size_t i = 0; i < 3 * s->count; i++) {
         double to = s->positions[i] + h * s->velocities[i];
-        if (to < 0 || to > s->side) s->velocities[i] = -s->velocities[i];
-        else s->positions[i] = to;
+        if (to < 0 || to > s->side)
+            s->velocities[i] = -s->velocities[i];
+        else
+            s->positions[i] = to;
     }
     for (size_t i = 0; i < s->count; i++) turn(&s->orientations[4 * i], &s->spins[3 * i], h);
 }

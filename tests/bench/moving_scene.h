@@ -29,7 +29,7 @@ typedef struct moving_scene {
 enum { MOVING_HZ = 100 };
 
 moving_scene *moving_scene_create(size_t count);
-void moving_scene_step(moving_scene *s); /* by 1 / MOVING_HZ s */
+void moving_scene_step(moving_scene *s);                            /* by 1 / MOVING_HZ s */
 void moving_scene_copy(moving_scene *to, const moving_scene *from); /* its state; both of as many bodies */
 void moving_scene_destroy(moving_scene *s);
 

@@ -40,9 +40,12 @@ static double resident_bytes(void)
 static shape shape_of(const moving_body *b)
 {
     switch (b->kind) {
-    case MOVING_BALL: return (shape){.type = SHAPE_SPHERE, .radius = b->half[0]};
-    case MOVING_BOX: return (shape){.type = SHAPE_BOX, .half = {b->half[0], b->half[1], b->half[2]}};
-    default: return (shape){.type = SHAPE_CAPSULE, .radius = b->half[0], .half = {.z = b->half[1]}};
+    case MOVING_BALL:
+        return (shape){.type = SHAPE_SPHERE, .radius = b->half[0]};
+    case MOVING_BOX:
+        return (shape){.type = SHAPE_BOX, .half = {b->half[0], b->half[1], b->half[2]}};
+    default:
+        return (shape){.type = SHAPE_CAPSULE, .radius = b->half[0], .half = {.z = b->half[1]}};
     }
 }
 
@@ -136,15 +139,19 @@ static void contender_begin(contender *c, const moving_scene *s)
     if (!bench_samples_init(&c->steps, STEPS_A_TURN * (TURNS_MOST + 1))) abort();
     c->ids = malloc(s->count * sizeof *c->ids);
     if (!c->ids) abort();
-    if (c->peer) c->peer_world = c->peer->create(s);
-    else begin_ours(c, s);
+    if (c->peer)
+        c->peer_world = c->peer->create(s);
+    else
+        begin_ours(c, s);
     c->steps.count = 0;
 }
 
 static void contender_end(contender *c)
 {
-    if (c->peer) c->peer->destroy(c->peer_world);
-    else world_destroy(c->w);
+    if (c->peer)
+        c->peer->destroy(c->peer_world);
+    else
+        world_destroy(c->w);
     free(c->ids);
     bench_samples_free(&c->steps);
 }
@@ -166,8 +173,10 @@ static void print_row(contender *c, const moving_scene *s, double best_peer_us, 
            "\"moving\":%zu,\"facts\":\"%s\",\"workers\":%u,\"ms_median\":%.4f,\"ms_p99\":%.4f,",
         c->entry, c->name, s->count, s->count, counted ? "touch" : "none", c->workers, 1e-3 * us, 1e-3 * p99);
     printf(counted ? "\"contacts\":%zu," : "\"contacts\":null,", c->contacts);
-    if (c->peer) printf("\"bytes_a_body\":null}\n");
-    else printf("\"bytes_a_body\":%.0f}\n", c->bytes_a_body);
+    if (c->peer)
+        printf("\"bytes_a_body\":null}\n");
+    else
+        printf("\"bytes_a_body\":%.0f}\n", c->bytes_a_body);
 }
 
 static size_t choose(contender out[CONTENDERS_MAX], size_t bodies)
