@@ -131,13 +131,19 @@ void broad_each_number_of(
 /* The records that broad_each_number_of will go through are fetched into the caches. It changes nothing. */
 void broad_fetch_numbers_of(const broad *b, uint32_t proxy);
 
-/* Each proxy whose fat box meets `box` / whose fat box the segment from..from+length*direction meets; in an
- * order that is nobody's business, but the same after the same changes. Returning false stops. */
+/* Each proxy whose fat box meets `box`, in an order that is nobody's business, but the same after the same changes.
+ * Returning false stops. */
 typedef bool broad_visit(void *context, uint32_t proxy);
 void broad_query_box(const broad *b, aabb box, broad_visit *visit, void *context);
-void broad_query_ray(const broad *b, vec3 from, vec3 direction, double length, broad_visit *visit, void *context);
-/* Each proxy whose fat box meets `box` somewhere on its way along length*direction: for shape casts. */
-void broad_query_cast(const broad *b, aabb box, vec3 direction, double length, broad_visit *visit, void *context);
+
+/* Each proxy whose fat box meets `box` somewhere on its way along length*direction (|direction| about 1), for rays and
+ * shape casts, and some that it misses by a rounding (2^-20 of the way to it). The trees begin with what is near, so
+ * that a hit makes the rest of the way short: the visit returns how far to look from now on, as a length of the way: as
+ * before, or up to its hit; to stop, a negative number. Who has been visited when all is told depends on the index, so
+ * what is made of the visits must not: the least of what they tell, with a rule for ties, and the way not made shorter
+ * than it. */
+typedef double broad_ray_visit(void *context, uint32_t proxy);
+void broad_query_cast(const broad *b, aabb box, vec3 direction, double length, broad_ray_visit *visit, void *context);
 
 /* Each proxy whose fat box is at most `reach` (m) from `box`, nearest fat box first. The visit is told that distance,
  * a lower bound for what is inside, and returns how far to look from now on: for the k nearest, the distance of the

@@ -20,20 +20,17 @@ void broad_query_box(const broad *b, aabb box, broad_visit *visit, void *context
     }
 }
 
-void broad_query_cast(const broad *b, aabb box, vec3 direction, double length, broad_visit *visit, void *context)
+/* What has no end first: it is few, and a floor shortens the way. */
+void broad_query_cast(const broad *b, aabb box, vec3 direction, double length, broad_ray_visit *visit, void *context)
 {
     tree_ray ray = {{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z},
         {direction.x, direction.y, direction.z}, length};
-    if (!b->index->query_ray(b, &ray, visit, context)) return;
+    tree_slabs slabs = tree_slabs_of(&ray);
     for (size_t i = 0; i < b->unbounded.count; i++) {
         uint32_t id = b->unbounded.at[i];
-        if (tree_ray_meets(&ray, &b->proxies.at[id].fat) && !visit(context, id)) return;
+        if (tree_slabs_meet(&slabs, &b->proxies.at[id].fat)) tree_slabs_end(&slabs, visit(context, id));
     }
-}
-
-void broad_query_ray(const broad *b, vec3 from, vec3 direction, double length, broad_visit *visit, void *context)
-{
-    broad_query_cast(b, (aabb){from, from}, direction, length, visit, context);
+    b->index->query_ray(b, &slabs, visit, context);
 }
 
 bool broad_peek(const broad *b, uint32_t id, broad_stored *stored)

@@ -32,7 +32,7 @@ typedef struct broad_index {
 
     /* As broad.h, of the proxies in the index. False when a visit stopped it. */
     bool (*query_box)(const broad *b, const fbox *query, broad_visit *visit, void *context);
-    bool (*query_ray)(const broad *b, const tree_ray *ray, broad_visit *visit, void *context);
+    void (*query_ray)(const broad *b, tree_slabs *slabs, broad_ray_visit *visit, void *context);
     void (*query_nearest)(const broad *b, near_search *search); /* pushes where to begin */
 
     const char *(*validate)(const broad *b, size_t *count); /* and how many proxies it holds */

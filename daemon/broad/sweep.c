@@ -159,15 +159,14 @@ bool sweep_query_box(const broad *b, int axis, const fbox *query, broad_visit *v
 }
 
 /* Along its axis a ray is in no hurry: all are asked. */
-bool sweep_query_ray(const broad *b, int axis, const tree_ray *ray, broad_visit *visit, void *context)
+void sweep_query_ray(const broad *b, int axis, tree_slabs *slabs, broad_ray_visit *visit, void *context)
 {
     const sweep_list *l = &b->sweep.lists[axis];
     for (size_t i = 0; i < l->ends.count; i++) {
         uint32_t what = l->ends.at[i].what;
-        if (what & 1 || !tree_ray_meets(ray, &b->proxies.at[what >> 1].fat)) continue;
-        if (!visit(context, what >> 1)) return false;
+        if (what & 1 || !tree_slabs_meet(slabs, &b->proxies.at[what >> 1].fat)) continue;
+        tree_slabs_end(slabs, visit(context, what >> 1));
     }
-    return true;
 }
 
 void sweep_query_nearest(const broad *b, int axis, near_search *search)

@@ -15,7 +15,7 @@ void sweep_end_batch(broad *b);
 
 /* Those whose boxes meet the query, by the list of this axis. */
 bool sweep_query_box(const broad *b, int axis, const fbox *query, broad_visit *visit, void *context);
-bool sweep_query_ray(const broad *b, int axis, const tree_ray *ray, broad_visit *visit, void *context);
+void sweep_query_ray(const broad *b, int axis, tree_slabs *slabs, broad_ray_visit *visit, void *context);
 void sweep_query_nearest(const broad *b, int axis, near_search *search);
 
 void sweep_note_width(sweep_list *l, const fbox *box, int axis);

@@ -101,9 +101,9 @@ static void sweep1_around(const broad *b, uint32_t id, broad_visit *visit, void 
     sweep_query_box(b, b->sweep.axis, &b->proxies.at[id].fat, visit, context);
 }
 
-static bool sweep1_query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
+static void sweep1_query_ray(const broad *b, tree_slabs *slabs, broad_ray_visit *visit, void *context)
 {
-    return sweep_query_ray(b, b->sweep.axis, ray, visit, context);
+    sweep_query_ray(b, b->sweep.axis, slabs, visit, context);
 }
 
 static void sweep1_query_nearest(const broad *b, near_search *search)

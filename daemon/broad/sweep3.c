@@ -127,9 +127,9 @@ static void sweep3_around(const broad *b, uint32_t id, broad_visit *visit, void 
     sweep_query_box(b, best_axis(b), &b->proxies.at[id].fat, visit, context);
 }
 
-static bool sweep3_query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
+static void sweep3_query_ray(const broad *b, tree_slabs *slabs, broad_ray_visit *visit, void *context)
 {
-    return sweep_query_ray(b, best_axis(b), ray, visit, context);
+    sweep_query_ray(b, best_axis(b), slabs, visit, context);
 }
 
 static void sweep3_query_nearest(const broad *b, near_search *search)

@@ -25,6 +25,7 @@
 
 #include "base/array.h"
 #include "fbox.h"
+#include "simd.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -100,14 +101,27 @@ typedef struct tree_ray {
     double lo[3], hi[3], direction[3], length;
 } tree_ray;
 
-bool tree_ray_meets(const tree_ray *ray, const fbox *box);
+/* Ready for many boxes, for a direction of a length of about 1; see tree_ray.c. */
+typedef struct tree_slabs {
+    simd_ray ray;
+    float far;
+} tree_slabs;
+tree_slabs tree_slabs_of(const tree_ray *ray);
+/* False: it does not meet the box. True: it does, or by a rounding of a float it does not. */
+bool tree_slabs_meet(const tree_slabs *slabs, const fbox *box);
+/* The way ends at this length from now on; < 0: at once. */
+void tree_slabs_end(tree_slabs *slabs, double length);
 
 /* Visit each proxy whose box meets the query, until a visit returns false; returns false then too. */
 typedef bool tree_visit(void *context, uint32_t proxy);
 bool tree_query_box(const tree *t, const fbox *query, tree_visit *visit, void *context);
 /* The same for the box of a proxy of the tree, upward from its leaf; without the proxy itself. */
 bool tree_query_around(const tree *t, uint32_t proxy, tree_visit *visit, void *context);
-bool tree_query_ray(const tree *t, const tree_ray *ray, tree_visit *visit, void *context);
+
+/* Each proxy whose box a ray meets (or nearly), roughly in the order of its way, over several trees at once. The visit
+ * returns at which length the way ends from now on: as before, shorter, or < 0 to stop. */
+typedef double tree_ray_visit(void *context, uint32_t proxy);
+void tree_query_ray(const tree *const trees[], size_t count, tree_slabs *slabs, tree_ray_visit *visit, void *context);
 
 /* For tests: the first broken invariant, or NULL. */
 const char *tree_validate(const tree *t);

@@ -42,28 +42,6 @@ static inline void stack_push(node_stack *s, uint32_t node)
     s->at[s->count++] = node;
 }
 
-/* Relative slack for rounding: each of the two ends has a difference and a quotient, so 2^-52 each; this is four times
- * their sum. It is applied outward only, so a segment that meets a box is never said to miss it. */
-static const double RAY_SLACK = 0x1p-49;
-
-/* Slabs, widened by the moving box (Minkowski sum). For a larger box no computed near end is later and no far end
- * earlier, since rounding is monotonic: a node that misses has no leaf that meets. */
-bool tree_ray_meets(const tree_ray *ray, const fbox *box)
-{
-    double near = 0, far = ray->length;
-    for (int k = 0; k < 3; k++) {
-        double ahead = box->lo[k] - ray->hi[k], behind = box->hi[k] - ray->lo[k], d = ray->direction[k];
-        if (d == 0) {
-            if (ahead > 0 || behind < 0) return false;
-            continue;
-        }
-        double enter = (d > 0 ? ahead : behind) / d, leave = (d > 0 ? behind : ahead) / d;
-        if (enter > near) near = enter;
-        if (leave < far) far = leave;
-    }
-    return near <= far + far * RAY_SLACK;
-}
-
 typedef bool node_test(const void *query, const tree_node *n);
 
 /* The fourth number read from either corner is another field of the node. */
@@ -80,10 +58,6 @@ static simd_box simd_box_of(const fbox *box)
 static bool box_meets(const void *query, const tree_node *n)
 {
     return simd_overlap(*(const simd_box *)query, node_box(n));
-}
-static bool ray_meets(const void *query, const tree_node *n)
-{
-    return tree_ray_meets(query, &n->box);
 }
 
 /* Everything below a node that meets the query. Inlined into its callers, where `meets` is a constant. */
@@ -127,10 +101,4 @@ bool tree_query_around(const tree *t, uint32_t proxy, tree_visit *visit, void *c
         if (!walk(t, i ^ 1, &query, box_meets, visit, context)) return false;
     }
     return true;
-}
-
-bool tree_query_ray(const tree *t, const tree_ray *ray, tree_visit *visit, void *context)
-{
-    if (t->leaf_count == 0 || !tree_ray_meets(ray, &t->nodes[TREE_ROOT].box)) return true;
-    return walk(t, TREE_ROOT, ray, ray_meets, visit, context);
 }

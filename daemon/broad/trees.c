@@ -59,9 +59,10 @@ static bool trees_query_box(const broad *b, const fbox *query, broad_visit *visi
     return tree_query_box(&b->moving, query, visit, context) && tree_query_box(&b->fixed, query, visit, context);
 }
 
-static bool trees_query_ray(const broad *b, const tree_ray *ray, broad_visit *visit, void *context)
+static void trees_query_ray(const broad *b, tree_slabs *slabs, broad_ray_visit *visit, void *context)
 {
-    return tree_query_ray(&b->moving, ray, visit, context) && tree_query_ray(&b->fixed, ray, visit, context);
+    const tree *const both[] = {&b->moving, &b->fixed};
+    tree_query_ray(both, 2, slabs, visit, context);
 }
 
 static void trees_query_nearest(const broad *b, near_search *search)

@@ -37,8 +37,12 @@ pose collider_pose(const world *w, const collider *s)
 void collider_stand(const world *w, const collider *s, pose *body_pose, pose *local)
 {
     const body *b = &w->bodies.at[s->body];
-    *body_pose = settled_pose(w, b);
     *local = s->local;
+    if (s->at_origin && !b->behind) { /* the same bits as below */
+        *body_pose = s->world;
+        return;
+    }
+    *body_pose = settled_pose(w, b);
     if (b->behind) return;
     pose is = collider_at(*body_pose, s);
     /* NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): equal bits, as it was put */

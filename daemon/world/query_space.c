@@ -1,6 +1,7 @@
 /* query_space: what a probe meets: a shape at a place, or a body's own shapes: along a line (ray, shape cast), where it
  * is (box), or near it (nearest k, all within a distance). About the world as the last tick left it; nothing is changed
  * and no cache is used. Called by the tick thread between ticks. */
+#include "geom/ray.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -21,6 +22,8 @@ typedef struct search {
     double tolerance;
     double length; /* nothing beyond is of subscription; with each hit of a cast it shrinks ... */
     double asked;  /* ... from here: how far a hit is looked into depends on none before it */
+    bool is_ray;
+    uint32_t visits;
     int64_t now_ns;
     world_hits *out;
 } search;
@@ -153,19 +156,60 @@ static bool cast_shape(const search *q, const collider *s, world_hit *hit)
     return true;
 }
 
-static bool cast_visit(void *context, uint32_t proxy)
+/* Nobody who is farther from the way can be a hit, in tolerances: cast_shape ends at a bound of the distance that is at
+ * most a quarter of one too low. All who are nearer are asked, whatever their fat boxes, which have a history. */
+static const double NEAR = 1.5;
+
+static aabb near_by(const search *q, aabb box)
+{
+    return aabb_grow(box, NEAR * q->tolerance);
+}
+
+/* The answers of geom/ray.h, which are as good as rounding allows, in place of a search that ends within a tolerance;
+ * it stays for all that has no formula. */
+static bool ray_meets_shape(const search *q, const collider *s, world_hit *hit)
+{
+    pose at, local;
+    collider_stand(q->w, s, &at, &local);
+    vec3 origin = vec_sub(at.p, q->probe.at.p); /* of the shape's frame, seen from the ray's */
+    double arm = 0;
+    if (!s->at_origin) {
+        arm = vec_norm(origin) + vec_norm(local.p);
+        origin = vec_add(origin, quat_rotate(at.q, local.p));
+    }
+    if (ray_free_before(s->reach + NEAR * q->tolerance, arm, vec_neg(origin), q->direction) > q->length) return false;
+    mat3 turned = quat_matrix(s->at_origin ? at.q : quat_mul(at.q, local.q));
+    ray_hit found;
+    vec3 from = mat_tmul(turned, vec_neg(origin)), direction = mat_tmul(turned, q->direction);
+    ray_verdict v = ray_enters(&s->shape, s->reach, arm, from, direction, &found);
+    if (v == RAY_UNTOLD) return cast_shape(q, s, hit);
+    if (v == RAY_MISSES || found.lo > q->length) return false;
+    narrow_result none = {.lo = 0};
+    *hit = hit_of(q, s, &none, found.lo);
+    hit->lo = found.lo;
+    hit->hi = found.hi <= q->asked ? found.hi : INFINITY;
+    hit->axis = mat_mul(turned, found.normal);
+    return true;
+}
+
+/* A clock is read before each step of a search, and for some formulas together. */
+enum { VISITS_A_CLOCK = 32 };
+
+static double cast_visit(void *context, uint32_t proxy)
 {
     search *q = context;
     const collider *s = &q->w->colliders.at[proxy];
     world_hit hit;
-    if (!world_may_go_on(q->out)) return false;
-    if (!concerns(q, s) || !cast_shape(q, s, &hit)) return true;
+    if (++q->visits % VISITS_A_CLOCK == 0 && !world_may_go_on(q->out)) return -1;
+    if (!concerns(q, s)) return q->length;
+    bool meets = q->is_ray ? ray_meets_shape(q, s, &hit) : cast_shape(q, s, &hit);
+    if (q->out->gave_up) return -1;
     world_hit *best = q->out->count ? &q->out->at[0] : NULL;
-    if (best && !comes_before(&hit, best)) return true;
+    if (!meets || (best && !comes_before(&hit, best))) return q->length;
     q->out->count = 0;
     array_push(q->out, hit);
     q->length = fmin(q->length, hit.lo + q->tolerance);
-    return true;
+    return q->length;
 }
 
 void world_query_ray(
@@ -178,9 +222,11 @@ void world_query_ray(
         .tolerance = tolerance > 0 ? tolerance : FINEST,
         .length = length,
         .asked = length,
+        .is_ray = true,
         .now_ns = now_ns,
         .out = out};
-    broad_query_ray(w->broad, origin, q.direction, length, cast_visit, &q);
+    aabb tip = near_by(&q, (aabb){origin, origin});
+    broad_query_cast(w->broad, tip, q.direction, length, cast_visit, &q);
     for (size_t i = 0; i < out->count; i++) out->at[i].point_b = out->at[i].point_a; /* the ray's own tip */
 }
 
@@ -196,7 +242,8 @@ void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double
         .asked = length,
         .now_ns = now_ns,
         .out = out};
-    broad_query_cast(w->broad, shape_bounds(&box, q.probe.at), q.direction, length, cast_visit, &q);
+    aabb bounds = near_by(&q, shape_bounds(&box, q.probe.at));
+    broad_query_cast(w->broad, bounds, q.direction, length, cast_visit, &q);
 }
 
 /* ---- along a motion ---- */

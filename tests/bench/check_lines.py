@@ -14,6 +14,7 @@ KEYS = {
     "clients": ["clients", "joined", "seconds", "client_mb", "client_core_s", "daemon_core_s", "daemon_mb"],
     "soak": ["events", "resident_kib"],
     "world": ["us_per_tick", "us_p99"],
+    "rays": ["bodies", "length", "ns_median", "rays", "hits", "wrong", "width_max"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
@@ -105,6 +106,10 @@ def broken(name, row):
     if name == "extremes" and row["contender"] == "collided" and (
             row["wrong"] or row["failed"] or row.get("missed_truth")):
         return "ours is wrong"
+    if name == "rays" and not (row.get("contender") and row["ns_median"] and row["hits"] < row["rays"]):
+        return "no contender or time, or each ray hits"
+    if name == "rays" and row["contender"] == "collided" and (row["wrong"] or row["width_max"] > 1e-6):
+        return "ours is wrong, or told no better than to a micrometre"
     if name == "worst" and not all(row.get(key) for key in ("case", "entry", "asked", "ms_max", "elements", "tried")):
         return "no case, entry, time or size"
     if name == "ccd" and not (row.get("scene") and row.get("contender") and row["pairs"]):

@@ -12,6 +12,7 @@ typedef struct scene {
     broad_stored stored[ALL];
     unsigned char visits[ALL];
     int left; /* visits until it says stop */
+    double length;
 } scene;
 
 static bool note(void *context, uint32_t proxy)
@@ -74,6 +75,47 @@ static tree_ray ray_of(vec3 from, vec3 d, double length)
     return (tree_ray){{from.x, from.y, from.z}, {from.x, from.y, from.z}, {d.x, d.y, d.z}, length};
 }
 
+/* Relative slack for rounding: each of the two ends has a difference and a quotient, so 2^-52 each; this is four times
+ * their sum. It is applied outward only, so a segment that meets a box is never said to miss it. */
+static const double RAY_SLACK = 0x1p-49;
+
+/* Slabs in doubles, widened by the moving box (Minkowski sum): what the walk in floats is held to. */
+static bool ray_meets(const tree_ray *ray, const fbox *box)
+{
+    double near = 0, far = ray->length;
+    for (int k = 0; k < 3; k++) {
+        double ahead = box->lo[k] - ray->hi[k], behind = box->hi[k] - ray->lo[k], d = ray->direction[k];
+        if (d == 0) {
+            if (ahead > 0 || behind < 0) return false;
+            continue;
+        }
+        double enter = (d > 0 ? ahead : behind) / d, leave = (d > 0 ? behind : ahead) / d;
+        if (enter > near) near = enter;
+        if (leave < far) far = leave;
+    }
+    return near <= far + far * RAY_SLACK;
+}
+
+static double note_on_way(void *context, uint32_t proxy)
+{
+    return note(context, proxy) ? ((scene *)context)->length : -1;
+}
+
+/* The box grown by what the walk's floats may add: each that meets is visited once, none that misses the grown one. */
+static void check_visits(const scene *s, const tree_ray *ray)
+{
+    for (uint32_t p = 0; p < ALL; p++) {
+        fbox grown = s->stored[p].fat;
+        double far = 200 * vec_norm(vec(ray->direction[0], ray->direction[1], ray->direction[2])) + fabs(s->center);
+        for (int k = 0; k < 3; k++) {
+            grown.lo[k] = float_down(grown.lo[k] - far * 0x1p-19);
+            grown.hi[k] = float_up(grown.hi[k] + far * 0x1p-19);
+        }
+        if (ray_meets(ray, &s->stored[p].fat)) assert_int_equal(s->visits[p], 1);
+        if (!ray_meets(ray, &grown)) assert_int_equal(s->visits[p], 0);
+    }
+}
+
 static void ray_queries_equal_brute_force(void **state)
 {
     (void)state;
@@ -86,15 +128,76 @@ static void ray_queries_equal_brute_force(void **state)
         double length = i % 3 == 0 ? INFINITY : prng_between(&r, 0, 30);
         memset(s.visits, 0, sizeof s.visits);
         s.left = -1;
-        broad_query_ray(s.broad, from, d, length, note, &s);
+        s.length = length;
+        broad_query_cast(s.broad, (aabb){from, from}, d, length, note_on_way, &s);
         tree_ray ray = ray_of(from, d, length);
-        for (uint32_t p = 0; p < ALL; p++) {
-            assert_int_equal(s.visits[p], tree_ray_meets(&ray, &s.stored[p].fat));
-            met += s.visits[p];
-        }
+        check_visits(&s, &ray);
+        for (uint32_t p = 0; p < ALL; p++) met += s.visits[p];
     }
     assert_true(met > 2000);
     broad_destroy(s.broad);
+}
+
+/* The length at which a ray enters a box, by bisection of the test in doubles; INFINITY: never. */
+static double entry(tree_ray ray, const fbox *box)
+{
+    double lo = 0, hi = 100;
+    ray.length = hi;
+    if (!ray_meets(&ray, box)) return INFINITY;
+    for (int i = 0; i < 60; i++) {
+        ray.length = 0.5 * (lo + hi);
+        *(ray_meets(&ray, box) ? &hi : &lo) = ray.length;
+    }
+    return hi;
+}
+
+typedef struct first_search {
+    const scene *s;
+    tree_ray ray;
+    double best;
+    size_t visits;
+} first_search;
+
+static double shorten(void *context, uint32_t proxy)
+{
+    first_search *f = context;
+    f->visits++;
+    return f->best = fmin(f->best, entry(f->ray, &f->s->stored[proxy].fat));
+}
+
+/* Rays that start in corners of boxes, along their faces and edges, and near and far from the origin. */
+static void the_first_box_is_found_while_the_way_is_made_shorter(void **state)
+{
+    (void)state;
+    static const double centers[] = {0, -1e5, 1e7};
+    static scene s;
+    prng r = {8};
+    size_t hits = 0, visits = 0, all = 0;
+    for (int c = 0; c < 3; c++) {
+        build(&s, &r, centers[c]);
+        for (int i = 0; i < 1000; i++) {
+            vec3 from = vec_add(vec(s.center, s.center, s.center), random_vec(&r, 14)), d = random_direction(&r);
+            aabb other = fbox_aabb(&s.stored[prng_below(&r, PROXIES)].fat);
+            if (i % 4 == 1) from.y = other.lo.y, d.y = 0;
+            if (i % 4 == 2) d = vec_sub(other.hi, from);
+            if (i % 4 == 3) from = vec(other.lo.x, other.hi.y, other.lo.z - 3), d = vec(0, 0, 1);
+            d = vec_unit(d);
+            first_search f = {.s = &s, .ray = ray_of(from, d, 100), .best = INFINITY};
+            double truth = INFINITY;
+            for (uint32_t p = 0; p < ALL; p++) {
+                double t = entry(f.ray, &s.stored[p].fat);
+                truth = fmin(truth, t);
+                all += t < INFINITY;
+            }
+            broad_query_cast(s.broad, (aabb){from, from}, d, 100, shorten, &f);
+            assert_true(f.best == truth);
+            hits += truth < INFINITY;
+            visits += f.visits;
+        }
+        if (broad_index_kind(s.broad) == BROAD_TREE) assert_true(visits < all); /* what lies behind is left out */
+        broad_destroy(s.broad);
+    }
+    assert_true(hits > 1500);
 }
 
 /* Oracle: the box at a hundred places of its way. What it meets there must be visited; what is visited, it must nearly
@@ -113,7 +216,8 @@ static void a_cast_finds_what_the_moving_box_meets(void **state)
         double length = prng_between(&r, 0, 20), between = length / PLACES * vec_norm(d);
         memset(s.visits, 0, sizeof s.visits);
         s.left = -1;
-        broad_query_cast(s.broad, box, d, length, note, &s);
+        s.length = length;
+        broad_query_cast(s.broad, box, d, length, note_on_way, &s);
         for (uint32_t p = 0; p < ALL; p++) {
             bool meets = false, nearly = false;
             aabb fat = fbox_aabb(&s.stored[p].fat);
@@ -121,7 +225,7 @@ static void a_cast_finds_what_the_moving_box_meets(void **state)
                 vec3 step = vec_scale(d, length * k / PLACES);
                 aabb moved = {vec_add(box.lo, step), vec_add(box.hi, step)};
                 meets |= aabb_overlap(aabb_grow(moved, -1e-9), fat);
-                nearly |= aabb_overlap(aabb_grow(moved, between), fat);
+                nearly |= aabb_overlap(aabb_grow(moved, between + 1e-3), fat); /* the walk's floats */
             }
             if (meets) assert_int_equal(s.visits[p], 1);
             if (!nearly) assert_int_equal(s.visits[p], 0);
@@ -197,6 +301,12 @@ static void a_visit_that_says_stop_is_the_last(void **state)
         for (uint32_t p = 0; p < ALL; p++) visits += s.visits[p];
         assert_int_equal(visits, most);
     }
+    memset(s.visits, 0, sizeof s.visits);
+    s.left = 2, s.length = INFINITY;
+    broad_query_cast(s.broad, everything, vec(1, 0, 0), INFINITY, note_on_way, &s);
+    int visits = 0;
+    for (uint32_t p = 0; p < ALL; p++) visits += s.visits[p];
+    assert_int_equal(visits, 2);
     broad_destroy(s.broad);
 }
 
@@ -230,7 +340,11 @@ static void the_ray_test_agrees_with_separating_axes(void **state)
         vec3 from = random_vec(&r, 1), d = random_direction(&r);
         double length = prng_between(&r, 0, 4), apart = separation(from, vec_madd(from, length, d), &box);
         tree_ray ray = ray_of(from, d, length);
-        bool meets = tree_ray_meets(&ray, &box);
+        bool meets = ray_meets(&ray, &box);
+        tree_slabs slabs = tree_slabs_of(&ray);
+        bool visited = tree_slabs_meet(&slabs, &box);
+        if (meets) assert_true(visited);
+        if (apart > 1e-5) assert_false(visited);
         if (apart < -1e-12) assert_true(meets);
         if (apart > 1e-12) assert_false(meets);
         met += meets;
@@ -253,7 +367,8 @@ static void a_ray_that_grazes_an_edge_is_not_lost(void **state)
         long double enter = (1.0L - from.x) / d.x, leave = (1.0L - from.y) / d.y;
         if (enter > leave - 0x1p-60L) continue;
         tree_ray ray = ray_of(from, d, 100);
-        assert_true(tree_ray_meets(&ray, &box));
+        tree_slabs slabs = tree_slabs_of(&ray);
+        assert_true(ray_meets(&ray, &box) && tree_slabs_meet(&slabs, &box));
         grazes++;
     }
     assert_true(grazes > 10000);
@@ -264,6 +379,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(box_queries_equal_brute_force),
         cmocka_unit_test(ray_queries_equal_brute_force),
+        cmocka_unit_test(the_first_box_is_found_while_the_way_is_made_shorter),
         cmocka_unit_test(a_cast_finds_what_the_moving_box_meets),
         cmocka_unit_test(nearest_come_first_and_none_is_left_out),
         cmocka_unit_test(a_visit_that_says_stop_is_the_last),
