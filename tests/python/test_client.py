@@ -148,7 +148,7 @@ def steps_end_now_and_are_waited_for_later():
 
 def recordings_begin_and_end():
     import tempfile  # pylint: disable=import-outside-toplevel
-    with tempfile.TemporaryDirectory() as folder, daemon("--record-dir", folder), connect() as c:
+    with tempfile.TemporaryDirectory() as folder, daemon(options=("--record-dir", folder)), connect() as c:
         check(f"{folder}/session" in c.record("session", PATIENCE_S), "the path is told")
         c.body("ball", SPHERE)
         c.sync(PATIENCE_S)

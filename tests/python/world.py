@@ -20,9 +20,9 @@ PATIENCE_S = 30.0
 
 
 @contextlib.contextmanager
-def daemon(*options):
-    """One on DDS and LCM, ended in order."""
-    process = subprocess.Popen([DAEMON, "--links", "dds://0 lcm://", *options], stderr=subprocess.DEVNULL)
+def daemon(links="dds://0 lcm://", options=()):
+    """One on these links, ended in order."""
+    process = subprocess.Popen([DAEMON, "--links", links, *options], stderr=subprocess.DEVNULL)
     try:
         yield process
     finally:

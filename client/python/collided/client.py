@@ -15,8 +15,7 @@ import time
 import warnings
 import weakref
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -148,6 +147,21 @@ def _in_child() -> None:
 os.register_at_fork(after_in_child=_in_child)
 
 
+class _Use:
+    """See Client.native."""
+
+    __slots__ = ("_client",)
+
+    def __init__(self, client: Client):
+        self._client = weakref.proxy(client)
+
+    def __enter__(self) -> Any:
+        return self._client.begin_use()
+
+    def __exit__(self, *_: object) -> None:
+        self._client.end_use()
+
+
 def _close(pointer: Any, inbox: Any, process: int) -> None:
     if os.getpid() == process:
         lib.collided_close(pointer)
@@ -167,6 +181,7 @@ class Client:
         self._received = 0  # batches and refusals
         self._forked = False
         self._busy = threading.Lock()
+        self._use = _Use(self)
         self._subscriptions: dict[int, Subscription] = {}
         self._arrivals: set[asyncio.Future[None]] = set()
         self._turned: Floats = np.empty((0, 4))
@@ -175,20 +190,25 @@ class Client:
 
     # ---- life ----
 
-    @contextmanager
-    def native(self) -> Iterator[Any]:
+    def native(self) -> _Use:
         """The library's client, for one call: it is open, it is ours, and no other thread has it."""
+        return self._use
+
+    def begin_use(self) -> Any:
+        """What entering `native` does."""
         if self._forked:
             raise errors.Forked("this client belongs to the process that this one was forked from: connect in the child, "
                                 "or use the start method 'spawn'")
-        if not self._busy.acquire(blocking=False):
+        if not self._busy.acquire(False):
             raise RuntimeError("another thread uses this client at the moment: one at a time")
-        try:
-            if self._c is None:
-                raise errors.BadArgument("this client is closed")
-            yield self._c
-        finally:
+        if self._c is None:
             self._busy.release()
+            raise errors.BadArgument("this client is closed")
+        return self._c
+
+    def end_use(self) -> None:
+        """What leaving `native` does."""
+        self._busy.release()
 
     def check(self, status: int) -> None:
         """Raises the exception that belongs to a status."""

@@ -64,6 +64,7 @@ _HEAD_FIELDS = ("epoch", "batch", "tick", "stamp_ns", "latest_pose_ns", "oldest_
                 "refused", "undone", "heartbeat", "snapshot", "closing", "lost", "behind", "starved")  # of collided_batch
 _HEAD = ffi.sizeof("native_batch")
 _KINDS = {int(kind): kind for kind in Kind}
+_ACHIEVED = tuple(Achieved)  # what is above, of a later daemon, promises no more than WIDE
 
 
 class Event(NamedTuple):
@@ -141,17 +142,12 @@ class Batch:
 
     def __iter__(self) -> Iterator[Event]:
         names = self.names
-        for row in self.events:
-            kind = _KINDS.get(int(row["kind"]))
-            if kind is None:  # of a later daemon
-                continue
-            first = int(row["first_point"])
-            yield Event(kind, names[row["a"]], names[row["b"]], float(row["lo"]), float(row["hi"]), row["axis"],
-                        row["point_a"], row["point_b"], int(row["contact"]), row["cause"].decode(), int(row["shape_a"]),
-                        int(row["shape_b"]), float(row["age_a_s"]), float(row["age_b_s"]), float(row["closing_m_s"]),
-                        Achieved(min(int(row["achieved"]), Achieved.STOPPED)),
-                        self.points[first:first + int(row["points"])],
-                        self.impacts[row["impact"]] if row["impact"] >= 0 else None)
+        for (contact, lo, hi, axis, point_a, point_b, age_a_s, age_b_s, closing_m_s, kind, achieved, a, b, shape_a, shape_b,
+             first, points, impact, cause) in self.events.tolist():
+            if kind in _KINDS:  # or of a later daemon
+                yield Event(_KINDS[kind], names[a], names[b], lo, hi, axis, point_a, point_b, contact, cause.decode(), shape_a,
+                            shape_b, age_a_s, age_b_s, closing_m_s, _ACHIEVED[min(achieved, 3)],
+                            self.points[first:first + points], self.impacts[impact] if impact >= 0 else None)
 
     def __repr__(self) -> str:
         return f"<Batch {self.batch} of tick {self.tick}: {len(self)} events{', snapshot' if self.snapshot else ''}>"
