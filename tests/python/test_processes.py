@@ -112,6 +112,17 @@ def ctrl_c_ends_what_waits():
             check(False, f"{name}: Ctrl-C ends nothing")
 
 
+def an_interrupted_receiver_is_told():
+    """A KeyboardInterrupt where it hurts most: a batch has been taken, and nobody has it yet."""
+    with connect() as c:
+        stream = c.watch()
+        keep, stream.keep = stream.keep, lambda batch: signal.raise_signal(signal.SIGINT)
+        raises(KeyboardInterrupt, lambda: stream.wait(PATIENCE_S))
+        stream.keep = keep
+        raises(collided.Overrun, lambda: stream.wait(PATIENCE_S), "interrupted", "subscribe anew")
+        check(c.watch().wait(PATIENCE_S).snapshot, "who subscribes anew is told the whole state")
+
+
 def a_client_that_is_left_open_is_told():
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -145,7 +156,7 @@ def a_daemon_that_is_gone_is_told():
 def main():
     with daemon():
         for test in (a_forked_child_is_refused, a_second_thread_is_refused, ctrl_c_ends_what_waits,
-                     a_client_that_is_left_open_is_told):
+                     an_interrupted_receiver_is_told, a_client_that_is_left_open_is_told):
             test()
             print(test.__name__, flush=True)
     a_daemon_that_is_gone_is_told()

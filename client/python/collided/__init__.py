@@ -15,7 +15,7 @@ A client publishes bodies and their poses, and is told what touches, what is nea
 Units: metres, seconds where a name ends in _s, nanoseconds where it ends in _ns. Quaternions are in the order that the
 keyword says, wxyz= or xyzw=. Not safety-rated: do not let a human's safety depend on it alone."""
 
-from .client import Body, Client, Found, Hit, Ids, Rejection, Rule, Status, connect, ids, version
+from .client import Answers, Body, Client, Found, Hit, Ids, Rejection, Rule, Status, connect, ids, version
 from .errors import (BadArgument, CollidedError, ConnectError, Forked, NoDaemon, Overrun, Rejected, Timeout, TransportError,
                      UnknownId, Unsupported)
 from .events import EVENT, IMPACT, POINT, Achieved, Batch, Event, Kind
@@ -23,7 +23,7 @@ from .shapes import (Claim, Pose, Shape, box, capsule, compound, cone, cylinder,
 from .subscription import Subscription
 
 __all__ = [
-    "EVENT", "IMPACT", "POINT", "Achieved", "BadArgument", "Batch", "Body", "Claim", "Client", "CollidedError", "ConnectError",
+    "EVENT", "IMPACT", "POINT", "Achieved", "Answers", "BadArgument", "Batch", "Body", "Claim", "Client", "CollidedError", "ConnectError",
     "Event", "Forked", "Found", "Hit", "Ids", "Kind", "NoDaemon", "Overrun", "Pose", "Rejected", "Rejection", "Rule", "Shape",
     "Status", "Subscription", "Timeout", "TransportError", "UnknownId", "Unsupported", "box", "capsule", "compound", "cone",
     "connect", "cylinder", "ellipsoid", "halfspace", "ids", "sphere", "verify", "version",

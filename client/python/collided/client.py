@@ -15,9 +15,9 @@ import time
 import warnings
 import weakref
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -127,6 +127,18 @@ class Body:
         return f"<Body {self.id} {self.name!r}>"
 
 
+_Answer = TypeVar("_Answer")
+
+
+class Answers(list[_Answer]):
+    """What a query found; `truncated`: there is more, for which the answer had no room. It is of that tick."""
+
+    def __init__(self, found: Iterable[_Answer], truncated: bool, tick: int):
+        super().__init__(found)
+        self.truncated = truncated
+        self.tick = tick
+
+
 def ids(bodies: Sequence[Body]) -> Ids:
     """The numbers of bodies: whoever publishes the same ones often makes these once."""
     return np.fromiter((body.id for body in bodies), np.int32, len(bodies))
@@ -180,7 +192,8 @@ class Client:
         self._rejection = ffi.new("native_rejection *")
         self._received = 0  # batches and refusals
         self._forked = False
-        self._busy = threading.Lock()
+        # One that its owner may take again: a KeyboardInterrupt may come between taking it and the code that gives it back.
+        self._busy = threading.RLock()
         self._use = _Use(self)
         self._subscriptions: dict[int, Subscription] = {}
         self._arrivals: set[asyncio.Future[None]] = set()
@@ -218,7 +231,7 @@ class Client:
     def disown(self) -> None:
         """In a forked child: the parent's client is not to be touched."""
         self._forked = True
-        self._busy = threading.Lock()
+        self._busy = threading.RLock()
         self._arrivals.clear()
 
     @property
@@ -230,7 +243,9 @@ class Client:
         """Leaves in order: the bodies are removed at once, unless on_loss says "keep". Takes up to a second."""
         if self.closed:
             return
-        with self.native():
+        with self.native() as c:
+            for future in self._arrivals:
+                future.get_loop().remove_reader(lib.collided_fd(c))
             self._c = None
             for subscription in self._subscriptions.values():
                 subscription.closed = True
@@ -259,6 +274,15 @@ class Client:
     def _receive(self) -> bool:
         """Hands what has come to the subscriptions. True if something has."""
         before = self._received
+        try:
+            self._take_all()
+        except BaseException:  # KeyboardInterrupt, MemoryError: a batch may have been taken, and not kept
+            for subscription in self._subscriptions.values():
+                subscription.lose("receiving was interrupted")
+            raise
+        return self._received > before
+
+    def _take_all(self) -> None:
         while (native := lib.native_take(self._inbox)) != ffi.NULL:
             self._received += 1
             subscription = self._subscriptions.get(native.head.subscription.id)
@@ -274,8 +298,7 @@ class Client:
         if dropped := lib.native_dropped(self._inbox):
             _log.warning("%d further refusals were not kept", dropped)
         if lib.native_lost(self._inbox):
-            raise MemoryError("a batch was lost, since there was no memory for it: subscribe anew")
-        return self._received > before
+            raise MemoryError("there was no memory for a batch of events")
 
     def _sliced(self, call: Callable[[Any, float], int], timeout_s: float, done: Callable[[], bool]) -> int:
         """Calls with a short timeout, until it is done, or has failed, or the time is over."""
@@ -328,7 +351,7 @@ class Client:
             await future
         finally:
             self._arrivals.discard(future)
-            if not self._arrivals:
+            if not self._arrivals and not self.closed:
                 loop.remove_reader(descriptor)
 
     def _readable(self) -> None:
@@ -528,42 +551,35 @@ class Client:
 
     # ---- queries ----
 
-    def _ask(self, call: Any, *arguments: Any) -> tuple[list[Hit], str, list[Found]]:
+    def _ask(self, read: Callable[[Any], _Answer], call: Any, *arguments: Any) -> tuple[Answers[_Answer], str]:
         out = ffi.new("collided_result *")
         try:
             with self.native() as c:
                 status = call(c, *arguments, out)
                 self._receive()
                 self.check(status)
-            hits, found = [], []
-            for i in range(out.count):
-                h = out.hits[i]
-                names = text_of(h.name_a), text_of(h.name_b)
-                hits.append(Hit(*names, h.lo, h.hi, tuple(h.axis), tuple(h.point_a), tuple(h.point_b), h.age_s, h.stale,
-                                Achieved(min(h.achieved, Achieved.STOPPED))))
-                if call is lib.collided_query_bodies:
-                    found.append(Found(names[0], Pose(tuple(h.point_a), wxyz=tuple(h.orientation)), h.age_s, h.stale))
-            return hits, text_of(out.text), found
+            found = (read(out.hits[i]) for i in range(out.count))
+            return Answers(found, out.truncated, out.tick), text_of(out.text)
         finally:
             lib.collided_result_free(out)
 
     def ray(self, origin: Vector, direction: Vector, length_m: float, timeout_s: float = 5.0) -> Hit | None:
         """The first body along a ray; None: there is none."""
-        hits, _, _ = self._ask(lib.collided_query_ray, vector("origin", origin, 3), vector("direction", direction, 3),
+        hits, _ = self._ask(_hit, lib.collided_query_ray, vector("origin", origin, 3), vector("direction", direction, 3),
                                length_m, timeout_s)
         return hits[0] if hits else None
 
     def distance(self, a: str, b: str, tolerance_m: float = 0.0, timeout_s: float = 5.0) -> Hit:
         """The certified distance of two bodies now, as an interval at most tolerance_m wide."""
-        return self._ask(lib.collided_query_distance, a.encode(), b.encode(), tolerance_m, timeout_s)[0][0]
+        return self._ask(_hit, lib.collided_query_distance, a.encode(), b.encode(), tolerance_m, timeout_s)[0][0]
 
-    def overlapping(self, pose: Pose, half: Vector, timeout_s: float = 5.0) -> list[Hit]:
+    def overlapping(self, pose: Pose, half: Vector, timeout_s: float = 5.0) -> Answers[Hit]:
         """The bodies that overlap a box, given by its pose and its half sides."""
-        return self._ask(lib.collided_query_box, _c_pose(pose), vector("half", half, 3), timeout_s)[0]
+        return self._ask(_hit, lib.collided_query_box, _c_pose(pose), vector("half", half, 3), timeout_s)[0]
 
     def cast(self, pose: Pose, half: Vector, direction: Vector, length_m: float, timeout_s: float = 5.0) -> Hit | None:
         """The first body that a box meets on its way; lo and hi bracket the free length."""
-        hits, _, _ = self._ask(lib.collided_query_cast, _c_pose(pose), vector("half", half, 3),
+        hits, _ = self._ask(_hit, lib.collided_query_cast, _c_pose(pose), vector("half", half, 3),
                                vector("direction", direction, 3), length_m, timeout_s)
         return hits[0] if hits else None
 
@@ -571,33 +587,33 @@ class Client:
               timeout_s: float = 5.0) -> Hit | None:
         """What a body would meet first if it moved on at these velocities (m/s, rad/s): lo and hi bracket the time, s. None
         is proven: nothing."""
-        hits, _, _ = self._ask(lib.collided_query_sweep, name.encode(), vector("linear", linear, 3),
+        hits, _ = self._ask(_hit, lib.collided_query_sweep, name.encode(), vector("linear", linear, 3),
                                vector("angular", angular, 3), span_s, tolerance_m, timeout_s)
         return hits[0] if hits else None
 
     def nearest(self, of: str | Pose, within_m: float = float("inf"), most: int = 1, half: Vector = (0.0, 0.0, 0.0),
-                timeout_s: float = 5.0) -> list[Hit]:
+                timeout_s: float = 5.0) -> Answers[Hit]:
         """The nearest bodies (`most`, 0 = all) of a body, by its name, or of a box at a pose, by its half sides."""
         name, pose = (of.encode(), ffi.NULL) if isinstance(of, str) else (ffi.NULL, _c_pose(of))
-        return self._ask(lib.collided_query_nearest, name, pose, vector("half", half, 3), within_m, most, timeout_s)[0]
+        return self._ask(_hit, lib.collided_query_nearest, name, pose, vector("half", half, 3), within_m, most, timeout_s)[0]
 
     def explain(self, a: str, b: str, timeout_s: float = 5.0) -> str:
         """Why two bodies are checked against each other, or not."""
-        return self._ask(lib.collided_query_explain, a.encode(), b.encode(), timeout_s)[1]
+        return self._ask(_hit, lib.collided_query_explain, a.encode(), b.encode(), timeout_s)[1]
 
-    def find(self, pattern: str = "*", timeout_s: float = 5.0) -> list[Found]:
+    def find(self, pattern: str = "*", timeout_s: float = 5.0) -> Answers[Found]:
         """The bodies whose names match, with their poses: everybody's."""
-        return self._ask(lib.collided_query_bodies, pattern.encode(), timeout_s)[2]
+        return self._ask(_found, lib.collided_query_bodies, pattern.encode(), timeout_s)[0]
 
     # ---- the daemon ----
 
     def record(self, name: str, timeout_s: float = 5.0) -> str:
         """Starts a recording on the daemon, and tells what the daemon says of it: its path. `collided --replay` plays it."""
-        return self._ask(lib.collided_record, name.encode(), timeout_s)[1]
+        return self._ask(_hit, lib.collided_record, name.encode(), timeout_s)[1]
 
     def end_recording(self, timeout_s: float = 5.0) -> str:
         """Ends the recording that this client has begun."""
-        return self._ask(lib.collided_record, ffi.NULL, timeout_s)[1]
+        return self._ask(_hit, lib.collided_record, ffi.NULL, timeout_s)[1]
 
     def status(self, timeout_s: float = 5.0) -> Status:
         """The last status of the daemon, which tells it once a second. Raises NoDaemon."""
@@ -607,6 +623,15 @@ class Client:
             counters = {text_of(s.counters[i].name): s.counters[i].value for i in range(s.counter_count)}
             return Status(s.epoch, s.tick, s.stamp_ns, s.started_ns, text_of(s.health), text_of(s.daemon), text_of(s.release),
                           text_of(s.links), text_of(s.limits), counters)
+
+
+def _hit(h: Any) -> Hit:
+    return Hit(text_of(h.name_a), text_of(h.name_b), h.lo, h.hi, tuple(h.axis), tuple(h.point_a), tuple(h.point_b), h.age_s,
+               h.stale, Achieved(min(h.achieved, Achieved.STOPPED)))
+
+
+def _found(h: Any) -> Found:
+    return Found(text_of(h.name_a), Pose(tuple(h.point_a), wxyz=tuple(h.orientation)), h.age_s, h.stale)
 
 
 def _c_pose(pose: Pose) -> Any:

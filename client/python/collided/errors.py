@@ -42,7 +42,8 @@ class Unsupported(CollidedError):
 
 
 class Overrun(CollidedError):
-    """A subscription was not read, and held more than its limit: what came after that is gone. Subscribe anew."""
+    """A subscription was not read, and held more than its limit, or receiving was interrupted: what came after that is gone.
+    Subscribe anew."""
 
 
 class Forked(CollidedError, RuntimeError):

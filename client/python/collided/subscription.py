@@ -24,28 +24,32 @@ class Subscription(Iterator[Batch], AsyncIterator[Batch]):
         self._heartbeats = heartbeats
         self._queue: deque[Batch] = deque()
         self._held = 0
-        self._overrun = False
+        self._gone = ""
         self.id = number
         self.closed = False
 
     def keep(self, batch: Batch) -> None:
         """The client has received it."""
-        if self._overrun or (batch.heartbeat and not self._heartbeats):
+        if self._gone or (batch.heartbeat and not self._heartbeats):
             return
         if self._held + 1 + len(batch) > self._limit:
-            self._overrun = True
+            self.lose(f"more than {self._limit} events were not read in time")
             return
         self._held += 1 + len(batch)
         self._queue.append(batch)
+
+    def lose(self, why: str) -> None:
+        """What comes from here on is not kept: who has read what was kept before is told so."""
+        self._gone = self._gone or why
 
     def _pop(self) -> Batch | None:
         if self._queue:
             batch = self._queue.popleft()
             self._held -= 1 + len(batch)
             return batch
-        if self._overrun:
+        if self._gone and not self.closed:
             self.close()
-            raise errors.Overrun(f"more than {self._limit} events were not read in time: subscribe anew")
+            raise errors.Overrun(f"{self._gone}: subscribe anew")
         return None
 
     def take(self) -> list[Batch]:
@@ -59,7 +63,7 @@ class Subscription(Iterator[Batch], AsyncIterator[Batch]):
         """The next batch. Raises Timeout, or NoDaemon while none is heard."""
         batch = self._pop()
         if batch is None and not self.closed:
-            self._client.wait_for(lambda: bool(self._queue) or self._overrun or self.closed, timeout_s)
+            self._client.wait_for(lambda: bool(self._queue or self._gone) or self.closed, timeout_s)
             batch = self._pop()
         if batch is None:
             raise errors.Timeout(f"no batch within {timeout_s:g} s")
