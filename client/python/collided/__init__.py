@@ -23,8 +23,8 @@ from .shapes import (Claim, Pose, Shape, box, capsule, compound, cone, cylinder,
 from .subscription import Subscription
 
 __all__ = [
-    "EVENT", "IMPACT", "POINT", "Achieved", "Answers", "BadArgument", "Batch", "Body", "Claim", "Client", "CollidedError", "ConnectError",
-    "Event", "Forked", "Found", "Hit", "Ids", "Kind", "NoDaemon", "Overrun", "Pose", "Rejected", "Rejection", "Rule", "Shape",
-    "Status", "Subscription", "Timeout", "TransportError", "UnknownId", "Unsupported", "box", "capsule", "compound", "cone",
-    "connect", "cylinder", "ellipsoid", "halfspace", "ids", "sphere", "verify", "version",
+    "EVENT", "IMPACT", "POINT", "Achieved", "Answers", "BadArgument", "Batch", "Body", "Claim", "Client", "CollidedError",
+    "ConnectError", "Event", "Forked", "Found", "Hit", "Ids", "Kind", "NoDaemon", "Overrun", "Pose", "Rejected",
+    "Rejection", "Rule", "Shape", "Status", "Subscription", "Timeout", "TransportError", "UnknownId", "Unsupported", "box",
+    "capsule", "compound", "cone", "connect", "cylinder", "ellipsoid", "halfspace", "ids", "sphere", "verify", "version",
 ]
