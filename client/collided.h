@@ -117,6 +117,14 @@ int64_t collided_client_id(const collided *c);
  * when nothing came; COLLIDED_NO_DAEMON when no daemon has been heard for three seconds. */
 collided_status collided_poll(collided *c, double timeout_s);
 
+/* A descriptor for event loops (poll, epoll, GLib, libuv, asyncio): readable when collided_poll(c, 0) has something to
+ * do. That is when an event, an answer or a refusal waits, when something has to be asked for again, or when the daemon
+ * has fallen silent. Wait for it to be readable, then call collided_poll(c, 0); at times there turns out to be nothing.
+ * Call collided_flush before waiting: waiting for a descriptor sends nothing. Always the same one; it is the client's,
+ * closed by collided_close: do not read, write or close it. The client's thread calls this; any thread may wait. -1 if
+ * the process may not have more descriptors; collided_error tells. Takes two of them with the first call. */
+int collided_fd(collided *c);
+
 /* Sends what is buffered now. collided_poll and collided_sync do so too. */
 void collided_flush(collided *c);
 

@@ -96,6 +96,7 @@ struct collided {
     int32_t lock_step;
     collided_on_loss on_loss;
     int keeper_wake, caller_wake; /* eventfds */
+    int loop, loop_timer;         /* see loop.h; -1 = there is none */
     pthread_t keeper;
     bool on_arrival;
 

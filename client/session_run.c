@@ -4,6 +4,7 @@
 
 #include "allocate.h"
 #include "announce.h"
+#include "loop.h"
 #include "message.h"
 
 #include <errno.h>
@@ -157,14 +158,19 @@ void session_sleep(collided *c, int64_t deadline_ns)
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c))
 {
     for (;;) {
+        loop_take_wakes(c);
         turn(c);
         pthread_mutex_lock(&c->lock);
         bool is_done = done(c);
         pthread_mutex_unlock(&c->lock);
         int64_t now = session_monotonic_ns();
         stream_tend(c, now); /* also for who never waits: what is due would never be asked for */
-        if (is_done || now >= deadline_ns) return is_done;
-        session_sleep(c, deadline_ns);
+        if (!is_done && now < deadline_ns) {
+            session_sleep(c, deadline_ns);
+            continue;
+        }
+        loop_set_timer(c);
+        return is_done;
     }
 }
 
@@ -218,6 +224,7 @@ static void free_client(collided *c)
     free(c->events);
     free(c->points);
     free(c->impacts);
+    loop_end(c);
     if (c->keeper_wake >= 0) close(c->keeper_wake);
     if (c->caller_wake >= 0) close(c->caller_wake);
     pthread_mutex_destroy(&c->lock);
@@ -230,6 +237,7 @@ static collided *new_client(const collided_def *def)
     collided *c = allocate(1, sizeof *c);
     pthread_mutex_init(&c->lock, NULL);
     pthread_mutex_init(&c->turn, NULL);
+    loop_begin(c);
     c->on_arrival = def->on_arrival;
     c->id = def->id ? def->id : random_id();
     c->lease_ns = session_seconds(def->lease_s);

@@ -12,11 +12,13 @@ packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cy
     libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libssl-dev openssl
     libassimp-dev libxml2-dev libcyaml-dev libpng-dev
     iproute2 util-linux python3)
+# What the Python package is built from, and needs.
+packages_python=(python3-cffi python3-dev python3-numpy python3-setuptools python3-wheel)
 # What the tests and benchmarks need beside it.
 packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps man-db groff bsdextrautils bash-completion systemd lintian debootstrap dpkg-dev binutils file
     iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox libfastrtps-dev gcc-aarch64-linux-gnu libc6-dev-arm64-cross
-    qemu-user-static docker-compose locales abigail-tools)
+    qemu-user-static docker-compose locales abigail-tools "${packages_python[@]}" mypy)
 
 # quietly WHAT COMMAND...: the command's output is shown only if it fails.
 quietly() {

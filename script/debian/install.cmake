@@ -1,5 +1,5 @@
-# install.cmake: what is installed where, and the three packages that cpack makes of it: collided (the daemon, the command
-# line and the demo), libcollided0 and libcollided-dev. Included last: it names targets of all folders.
+# install.cmake: what is installed where, and the packages that cpack makes of it: collided (the daemon, the command line
+# and the demo), libcollided0, libcollided-dev, and python3-collided where Python's half is built. Included last: it names targets of all folders.
 # Programs lie together in lib/collided, as in the build folder's bin: each finds what belongs to it beside itself. Links
 # in bin lead to those that people call.
 include(GNUInstallDirs)
@@ -54,6 +54,19 @@ foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c ce
   install(FILES ${PROJECT_SOURCE_DIR}/client/examples/${file}
     DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
 endforeach()
+
+# ---- python3-collided ----
+
+if(COLLIDED_PYTHON_BUILT)
+  set(python lib/python3/dist-packages/collided)
+  install(TARGETS collided_python LIBRARY DESTINATION ${python} COMPONENT python3-collided)
+  install(FILES ${COLLIDED_PYTHON_FILES} DESTINATION ${python} COMPONENT python3-collided)
+  foreach(file first_client swarm)
+    install(FILES ${PROJECT_SOURCE_DIR}/client/python/examples/${file}.py
+      DESTINATION ${doc}/python3-collided/examples COMPONENT python3-collided)
+  endforeach()
+  install(FILES ${PROJECT_SOURCE_DIR}/client/python/README.md DESTINATION ${doc}/python3-collided COMPONENT python3-collided)
+endif()
 
 include(${debian}/manual.cmake)
 include(${debian}/packages.cmake)

@@ -1,4 +1,4 @@
-# packages.cmake: the three packages, for `cpack -G DEB` in a build with CMAKE_INSTALL_PREFIX=/usr; script/package does all
+# packages.cmake: the packages, for `cpack -G DEB` in a build with CMAKE_INSTALL_PREFIX=/usr; script/package does all
 # of it. Dependencies are what dpkg-shlibdeps finds in the programs. Included by install.cmake.
 set(COLLIDED_MAINTAINER "the collided authors <authors@collided.invalid>" CACHE STRING
   "Maintainer of the packages: set it to who answers for those that you publish")
@@ -16,6 +16,9 @@ set(CPACK_STRIP_FILES ON) # no packages with debug information: whoever debugs, 
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_ALL collided libcollided0 libcollided-dev)
+if(COLLIDED_PYTHON_BUILT)
+  list(APPEND CPACK_COMPONENTS_ALL python3-collided)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -64,5 +67,15 @@ Cyclone DDS or LCM, and receive events and distances, each with its proof.
 
 This package has the header, files for pkg-config and CMake, the manual and
 examples.")
+
+# The library is in the folder of the build, not yet where dpkg-shlibdeps would look for it.
+set(CPACK_DEBIAN_PYTHON3-COLLIDED_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON3-COLLIDED_PACKAGE_DEPENDS "libcollided0 (= ${PROJECT_VERSION}), libc6 (>= 2.36), python3 (>= 3.11),\
+ python3-cffi-backend (>= 1.15), python3-numpy (>= 1:1.24)")
+set(CPACK_DEBIAN_PYTHON3-COLLIDED_PACKAGE_CONTROL_EXTRA ${debian}/python3/postinst ${debian}/python3/prerm)
+set(CPACK_DEBIAN_PYTHON3-COLLIDED_DESCRIPTION "Python client of the collision daemon collided
+Programs publish bodies and their poses to the daemon collided(8), as numpy
+arrays that are not copied, and receive events and distances as structured
+arrays, each with its proof, by iteration or in asyncio.")
 
 include(CPack)

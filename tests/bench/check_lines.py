@@ -12,6 +12,7 @@ KEYS = {
     "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
     "hostile": ["neighbour_ms_p99", "longest_tick_ms", "rss_mb", "restarts", "wrong", "unanswered"],
     "clients": ["clients", "joined", "seconds", "client_mb", "client_core_s", "daemon_core_s", "daemon_mb"],
+    "python": ["bodies", "us_a_publish", "c_us_a_publish", "us_an_event", "events", "core_share"],
     "soak": ["events", "resident_kib"],
     "world": ["us_per_tick", "us_p99"],
     "rays": ["bodies", "length", "ns_median", "rays", "hits", "wrong", "width_max"],
@@ -57,6 +58,8 @@ def broken(name, row):
         return "no link, contender or time"
     if name == "clients" and not (row.get("link") and row["joined"] == row["clients"] and row["client_mb"]):
         return "not all came in, or no memory"
+    if name == "python" and not (row["us_a_publish"] and row["events"]):
+        return "no time, or no events"
     if name == "throughput" and not (row.get("link") and row["poses_s"] and row["sent"]):
         return "no link, or no poses"
     if name == "world" and (not row.get("scene") or row.get("same_events") is False):

@@ -23,7 +23,7 @@ with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
     readme = f.read()
 
 PAGES = ["README.md", "daemon/README.md", "daemon/OPERATION.md", "client/README.md", "client/collidectl/README.md",
-         "client/examples/README.md", "idl/README.md", "docker/README.md", "tests/README.md", "tests/bench/README.md", "daemon/GLOSSARY.md",
+         "client/examples/README.md", "client/python/README.md", "idl/README.md", "docker/README.md", "tests/README.md", "tests/bench/README.md", "daemon/GLOSSARY.md",
          "CONTRIBUTING.md", "SECURITY.md"]
 
 
