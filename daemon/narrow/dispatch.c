@@ -145,8 +145,7 @@ void dispatch_general(
         general_finish_depth(p, asked, named, out);
         return;
     }
-    bool curved = !only_general && pieces_apply(p) && curved_depth(p, goal, &start, out);
-    if (!curved && (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out)))
+    if (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out))
         epa_depth(p, goal, &start, scratch, out);
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
