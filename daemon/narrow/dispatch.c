@@ -12,15 +12,11 @@
 #include "narrow/math/scalar.h"
 
 #define GENERAL NULL
-#define SPH_SPH closed_sphere_sphere
-#define SPH_CAP closed_sphere_capsule
-#define SPH_BOX closed_sphere_box
 #define SPH_REV closed_sphere_revolved
 #define ELL_ELL ellipsoid_pair_measure
 #define REV_REV revolved_pair_measure
 #define CYL_CYL cylinder_pair_measure
 #define BOX_REV box_revolved_measure
-#define CAP_CAP closed_capsule_capsule
 #define BOX_BOX closed_box_box
 #define ANY_HAL closed_any_halfspace
 #define HAL_ANY closed_halfspace_any
@@ -30,8 +26,8 @@
 /* clang-format off */
 static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
-    /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
-    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* sphere    */ {BOX_BOX, BOX_BOX, BOX_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, BOX_BOX, BOX_BOX, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* box       */ {ORDERED, ORDERED, BOX_BOX, BOX_REV, BOX_REV, GENERAL, ANY_HAL, GENERAL},
     /* cylinder  */ {ORDERED, ORDERED, ORDERED, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, REV_REV, GENERAL, ANY_HAL, GENERAL},

@@ -1,50 +1,25 @@
-/* closed: formulas for points, segments, boxes, bodies of revolution and half-spaces. Pure; any thread. */
+/* closed: formulas for a point and a body of revolution, for half-spaces, and for ellipsoids. Pure; any thread. */
 #include "closed.h"
 
-#include "formulas.h"
 #include "narrow/math/scalar.h"
 
-bool closed_sphere_sphere(const unit_pair *p, const narrow_goal *goal, span *out)
+/* The same number proves both bounds. */
+static bool exact(span *out, double distance, vec3 axis, vec3 point_a, vec3 point_b)
 {
-    (void)goal;
-    return formula_sphere_sphere(p, out);
+    *out = (span){.lo = distance,
+        .hi = distance,
+        .axis = axis,
+        .point_a = point_a,
+        .point_b = point_b,
+        .method = NARROW_BY_CLOSED_FORM,
+        .iterations = 1};
+    return true;
 }
 
-bool closed_sphere_capsule(const unit_pair *p, const narrow_goal *goal, span *out)
+static vec3 unit_or(vec3 v, vec3 otherwise)
 {
-    (void)goal;
-    return formula_sphere_capsule(p, out);
-}
-
-bool closed_sphere_box(const unit_pair *p, const narrow_goal *goal, span *out)
-{
-    (void)goal;
-    return formula_sphere_box(p, out);
-}
-
-static void keep_nearer(const segments *g, double s_a, double s_b, span *out)
-{
-    span s = *out;
-    take_points(g, s_a, s_b, &s);
-    if (s.hi < out->hi) *out = s;
-}
-
-/* The four ends against the other segment, and the two lines against each other: the least is the distance. */
-static void nearest_of_ends(const segments *g, span *out)
-{
-    for (int i = -1; i <= 1; i += 2) {
-        keep_nearer(g, i * g->ha, clamp_to(i * g->ha * g->ab - g->bt, g->hb), out);
-        keep_nearer(g, clamp_to(g->at + i * g->hb * g->ab, g->ha), i * g->hb, out);
-    }
-}
-
-bool closed_capsule_capsule(const unit_pair *p, const narrow_goal *goal, span *out)
-{
-    segments g = segments_of(p);
-    if (formula_capsule_capsule(p, &g, out)) return true;
-    nearest_of_ends(&g, out);
-    out->lo = separation(&g, out->axis);
-    return out->hi - out->lo <= max_of(goal->tolerance, p->error);
+    vec3 n = direction_of(v);
+    return vec_norm2(n) > 0 ? n : otherwise;
 }
 
 /* The profile of a body of revolution in the half-plane (radius, z), from the axis round to the axis: corners, and the

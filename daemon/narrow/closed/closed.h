@@ -9,10 +9,6 @@
 
 typedef bool closed_form(const unit_pair *p, const narrow_goal *goal, span *out);
 
-closed_form closed_sphere_sphere;
-closed_form closed_sphere_capsule;
-closed_form closed_capsule_capsule;
-closed_form closed_sphere_box;
 closed_form closed_sphere_revolved; /* cylinder or cone */
 closed_form closed_any_halfspace;   /* B is the half-space */
 closed_form closed_halfspace_any;   /* A is the half-space */

@@ -458,7 +458,7 @@ INLINE bool distance_of_boxes(primitive_pair *q, narrow_cache *cache, epa_scratc
 
 INLINE bool two_boxes(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
 {
-    return q->request->facts & NARROW_DISTANCE ? distance_of_boxes(q, cache, scratch, out) : verdict_of_boxes(q, out);
+    return is_measured(q->request) ? distance_of_boxes(q, cache, scratch, out) : verdict_of_boxes(q, out);
 }
 
 LANES_TWINS(LANES_WHOLE, bool, two_boxes, two_boxes,
