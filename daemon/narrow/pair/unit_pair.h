@@ -26,7 +26,6 @@ typedef struct unit_pair {
                          half-space is as far as the other shape is from its origin */
     double error;     /* of any separation along a unit axis: pose, support point, product and sum */
     double deviation; /* of a plus of b: only upper bounds need it */
-    bool features_in_lanes; /* of two boxes: they are tried by box_facing.h */
     narrow_shell *shell;    /* where a search for the depth of hulls leaves its surface; may be NULL */
     vec3 apart_along;       /* of a pair that remembers: it was apart along that axis; else zero */
     bool remembers;         /* it was asked about before: strict features are not to be sought, but remembered */

@@ -267,7 +267,7 @@ INLINE void box_box_try_edges(const box_pair *x, unsigned asked, double *best, i
 INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_pair *p)
 {
     double by = 1;
-    *p = (unit_pair){.unit = from->unit, .scale = from->scale, .features_in_lanes = true};
+    *p = (unit_pair){.unit = from->unit, .scale = from->scale};
     if (q->everyday) {
         unit_of(max_of(max_of(q->reach_a, q->reach_b), vec_greatest(q->between)), &p->unit, &p->scale);
         by = p->scale;
