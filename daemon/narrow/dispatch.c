@@ -98,11 +98,6 @@ static bool about_one_axis(const unit_pair *p, const narrow_goal *goal, span *ou
     return true;
 }
 
-static bool are_hulls(const unit_pair *p)
-{
-    return p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL;
-}
-
 static bool is_small(const shape *s)
 {
     return s->type != SHAPE_HULL || near_features_scans(s, s);
@@ -119,10 +114,6 @@ void dispatch_general(
     bool roughly = !measured || asked->tolerance > ROUGH_TOLERANCE * p->size;
     bool few = !roughly && !only_general && is_small(&p->a) && is_small(&p->b) && polytope_depth_applies(p);
     if (named || few) closely.tolerance = goal->finest;
-    if (!roughly && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
-        general_finish_depth(p, asked, named, out);
-        return;
-    }
     gjk_result start;
     if (!only_general && pieces_apply(p))
         descent_distance(p, goal, seed, &start);
