@@ -140,12 +140,6 @@ typedef struct place {
     double xx, xy, yy; /* second derivative + h */
 } place;
 
-/* The half axes of a core; a ball's are zero. */
-static vec3 ellipsoids_half_of(const shape *s)
-{
-    return s->type == SHAPE_ELLIPSOID ? s->half : VEC_ZERO;
-}
-
 /* Duff et al., "Building an Orthonormal Basis, Revisited", 2017. */
 static void plane_of(vec3 n, vec3 *x, vec3 *y)
 {
@@ -178,8 +172,8 @@ static void add_slopes(vec3 half, vec3 u, double length, vec3 x, vec3 y, place *
 static place ellipsoids_look(const unit_pair *p, vec3 n)
 {
     place at = {.n = n, .h = vec_dot(p->b_in_a.t, n)};
-    at.u = add_height(ellipsoids_half_of(&p->a), n, &at.na, &at);
-    at.v = add_height(ellipsoids_half_of(&p->b), mat_tmul(p->b_in_a.r, n), &at.nb, &at);
+    at.u = add_height(shape_core_half(&p->a), n, &at.na, &at);
+    at.v = add_height(shape_core_half(&p->b), mat_tmul(p->b_in_a.r, n), &at.nb, &at);
     return at;
 }
 
@@ -191,8 +185,8 @@ static void look_closer(const unit_pair *p, place *at)
     at->gx = vec_dot(p->b_in_a.t, at->x);
     at->gy = vec_dot(p->b_in_a.t, at->y);
     at->xx = at->xy = at->yy = 0;
-    add_slopes(ellipsoids_half_of(&p->a), at->u, at->na, at->x, at->y, at);
-    add_slopes(ellipsoids_half_of(&p->b), at->v, at->nb, at->xb, at->yb, at);
+    add_slopes(shape_core_half(&p->a), at->u, at->na, at->x, at->y, at);
+    add_slopes(shape_core_half(&p->b), at->v, at->nb, at->xb, at->yb, at);
 }
 
 /* ---- proof ---- */
@@ -223,7 +217,7 @@ static vec3 seen_from(vec3 u, vec3 u1, vec3 u2, vec3 w)
 static turn turn_of(const unit_pair *p, const place *at)
 {
     turn t = {.gain = {{0, 0}, {0, 0}}};
-    vec3 half_a = ellipsoids_half_of(&p->a), half_b = ellipsoids_half_of(&p->b), u1, u2, v1, v2;
+    vec3 half_a = shape_core_half(&p->a), half_b = shape_core_half(&p->b), u1, u2, v1, v2;
     plane_of(at->u, &u1, &u2);
     plane_of(at->v, &v1, &v2);
     t.a[0] = vec(at->na, 0, 0);

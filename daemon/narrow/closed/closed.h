@@ -33,9 +33,6 @@ void box_pair_axes(const unit_pair *p, span *out);
 struct box_pair;
 bool box_pair_apart(const struct box_pair *x, double most, int face, const narrow_goal *goal, span *out);
 
-/* The sides of a core that is a box, a segment or a point. */
-vec3 box_sides(const shape *s);
-
 /* Of the fifteen axes of boxes that overlap, as bits (A's faces, B's faces, edge i of A with edge j of B at BOX_FACES +
  * 3 i + j): those along which the exact separation may be the greatest, for all that the rounding of doubles lets tell.
  */

@@ -2,7 +2,6 @@
  * Pure; any thread. */
 #include "box_facing.h"
 #include "features.h"
-#include "narrow/closed/closed.h"
 #include "narrow/math/scalar.h"
 
 /* The sides of a box, or of the segment that is a capsule's core; a number follows each vector. */
@@ -11,7 +10,7 @@ LANES_INLINE bool box_features_answer(const unit_pair *p, const narrow_features 
     const struct {
         vec3 half_a, half_b, t;
         double after;
-    } x = {box_sides(&p->a), p->b.half, p->b_in_a.t, 0};
+    } x = {shape_core_half(&p->a), p->b.half, p->b_in_a.t, 0};
     const struct {
         mat3 turn;
         double after;
@@ -39,7 +38,7 @@ bool box_features_span(const unit_pair *p, const narrow_features *f, span *out)
 static void box_features_sides_along(const shape *s, vec3 d, uint16_t side[3], uint8_t *count)
 {
     double half[3], along[3];
-    vec_to(box_sides(s), half);
+    vec_to(shape_core_half(s), half);
     vec_to(d, along);
     for (int i = 0; i < 3; i++) {
         bool between = half[i] > 0 && fabs(along[i]) <= 0.5 * NEAR_SINE_MARGIN;

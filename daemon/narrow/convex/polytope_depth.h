@@ -10,11 +10,12 @@
  * What a pair may remember: the surface, as pairs of vertices (narrow_shell). What is costly is the proof that no other
  * facet of B - A is nearer. It is made anew in each pose, but from the surface that was grown in the pose before, whose
  * points are placed anew. It need not be convex any more; what is asked is that each facet has the origin strictly on
- * its inner side. Then every direction from the origin meets it: a closed surface whose facets all turn the same way round the origin winds round it. Growing keeps
- * that: what is replaced and what replaces it bound the tetrahedra between the facets that see the new point and the
- * point, all of which lie on the outer sides of those facets, so not one holds the origin. As every direction meets the
- * surface at its least distance or beyond, and its points are B - A's, the ball of that radius is in B - A. Facets that
- * have come too near are grown on; where a facet is a sliver or would have the origin outside, it is given up.
+ * its inner side. Then every direction from the origin meets it: a closed surface whose facets all turn in the same
+ * sense round the origin winds round it. Growing keeps that: what is replaced and what replaces it bound the tetrahedra
+ * between the facets that see the new point and the point, all of which lie on the outer sides of those facets, so not
+ * one holds the origin. As every direction meets the surface at its least distance or beyond, and its points are B -
+ * A's, the ball of that radius is in B - A. Facets that have come too near are grown on; where a facet is a sliver or
+ * would have the origin outside, it is given up.
  *
  * Why that gives the bits of a search from nothing. F is a facet of B - A, strict as features.h says but for 3, of
  * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DEPTH, n its normal;

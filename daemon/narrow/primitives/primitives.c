@@ -156,7 +156,7 @@ INLINE vec3 sharper_axis(const lines *g, vec3 across, double s_a, double s_b, ve
     return direction_of(inner_a ? orthogonal_part(v, g->a) : inner_b ? orthogonal_part(v, g->b) : v);
 }
 
-/* Nearly parallel ones are not proven by any of these, and go another way.
+/* Nearly parallel ones are not proven by any of these, and are left to a search.
  *
  * Rounding, in u = 2^-53, with h the sum of the half lengths, r that of the radii, e the gap of the cores, |t| <= e +
  * h. A direction is off by less than 6.5 u (test_primitive_boxes). hi: each point by 7.5 u of its place on the segment,
