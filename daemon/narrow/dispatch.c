@@ -12,15 +12,11 @@
 #include "narrow/math/scalar.h"
 
 #define GENERAL NULL
-#define SPH_SPH closed_sphere_sphere
-#define SPH_CAP closed_sphere_capsule
-#define SPH_BOX closed_sphere_box
 #define SPH_REV closed_sphere_revolved
 #define ELL_ELL ellipsoid_pair_measure
 #define REV_REV revolved_pair_measure
 #define CYL_CYL cylinder_pair_measure
 #define BOX_REV box_revolved_measure
-#define CAP_CAP closed_capsule_capsule
 #define BOX_BOX closed_box_box
 #define ANY_HAL closed_any_halfspace
 #define HAL_ANY closed_halfspace_any
@@ -30,8 +26,8 @@
 /* clang-format off */
 static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
-    /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
-    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* sphere    */ {BOX_BOX, BOX_BOX, BOX_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, BOX_BOX, BOX_BOX, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* box       */ {ORDERED, ORDERED, BOX_BOX, BOX_REV, BOX_REV, GENERAL, ANY_HAL, GENERAL},
     /* cylinder  */ {ORDERED, ORDERED, ORDERED, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, REV_REV, GENERAL, ANY_HAL, GENERAL},
@@ -102,11 +98,6 @@ static bool about_one_axis(const unit_pair *p, const narrow_goal *goal, span *ou
     return true;
 }
 
-static bool are_hulls(const unit_pair *p)
-{
-    return p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL;
-}
-
 static bool is_small(const shape *s)
 {
     return s->type != SHAPE_HULL || near_features_scans(s, s);
@@ -123,10 +114,6 @@ void dispatch_general(
     bool roughly = !measured || asked->tolerance > ROUGH_TOLERANCE * p->size;
     bool few = !roughly && !only_general && is_small(&p->a) && is_small(&p->b) && polytope_depth_applies(p);
     if (named || few) closely.tolerance = goal->finest;
-    if (!roughly && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
-        general_finish_depth(p, asked, named, out);
-        return;
-    }
     gjk_result start;
     if (!only_general && pieces_apply(p))
         descent_distance(p, goal, seed, &start);
@@ -145,8 +132,7 @@ void dispatch_general(
         general_finish_depth(p, asked, named, out);
         return;
     }
-    bool curved = !only_general && pieces_apply(p) && curved_depth(p, goal, &start, out);
-    if (!curved && (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out)))
+    if (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out))
         epa_depth(p, goal, &start, scratch, out);
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);

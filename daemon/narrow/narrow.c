@@ -94,7 +94,7 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
     if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
 }
 
-static void build_manifold(
+__attribute__((noinline)) static void build_manifold(
     const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a, double threshold, narrow_result *result)
 {
     transform t = pose_transform(*b_in_a);
@@ -105,6 +105,12 @@ static void build_manifold(
     p->effort->left = EFFORT_OF_POINTS;
     mesh_pair_manifold(p, a, b, b_in_a, result, threshold, &result->manifold);
     if (p->effort->left < 0) result->status = NARROW_WIDE; /* there may be better points among the parts not seen */
+}
+
+/* Are points of contact asked for, and are the shapes as near as that? */
+static bool wants_manifold(const narrow_request *r, const narrow_result *result)
+{
+    return (r->facts & NARROW_MANIFOLD) && result->lo <= r->threshold;
 }
 
 /* What changes the time of an answer and no bit of it. */
@@ -141,8 +147,7 @@ static void query_search(const shape *a, const shape *b, const pose *b_in_a, con
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;
     result->status = status_of(p, &g, request, &s);
-    if (!(request->facts & NARROW_MANIFOLD) || !(result->lo <= request->threshold)) return;
-    build_manifold(p, a, b, b_in_a, request->threshold, result);
+    if (wants_manifold(request, result)) build_manifold(p, a, b, b_in_a, request->threshold, result);
 }
 
 static bool decided(const narrow_request *r, const narrow_result *result)
@@ -215,6 +220,8 @@ static void query(const shape *a, const shape *b, const pose *b_in_a, const narr
             exact_narrow(&e, result);
             query_settle(&p, request, result);
         }
+    } else if (wants_manifold(request, result)) {
+        build_manifold(NULL, a, b, b_in_a, request->threshold, result);
     }
     keep_to_points(a, b, request, result);
     deviate(a, b, request, result);
@@ -295,7 +302,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    bool formula = primitives_apply(shape_2, request);
+    bool formula = primitives_apply(shape_2, request) && !(request->facts & NARROW_MANIFOLD);
     if (!formula || !primitives_answer_in_world(shape_1, &first, shape_2, &second, request, result)) {
         pose relative = pose_relative(first, second);
         effort *effort = begin_effort(shape_1, shape_2, scratch);

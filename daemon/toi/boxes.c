@@ -406,7 +406,7 @@ static void moving_boxes_init(const course *c, const toi_request *request, movin
     const shape *a = c->a, *b = c->b;
     m->c = c;
     m->wander = request->wander;
-    m->half_a = box_sides(a), m->half_b = box_sides(b);
+    m->half_a = shape_core_half(a), m->half_b = shape_core_half(b);
     vec_to(m->half_a, m->axes.a);
     vec_to(m->half_b, m->axes.b);
     moving_boxes_start(&c->body_a, &c->local_a, &m->first_a, &m->arm_a);

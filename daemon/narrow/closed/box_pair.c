@@ -12,19 +12,13 @@ typedef struct box_axis {
     int index;
 } box_axis;
 
-vec3 box_sides(const shape *s)
-{
-    if (s->type == SHAPE_BOX) return s->half;
-    return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : VEC_ZERO;
-}
-
 static void box_pair_of(const unit_pair *p, box_pair *x)
 {
     const mat3 *r = &p->b_in_a.r;
     const vec3 column[3] = {r->x, r->y, r->z};
     x->p = p;
-    vec_to(box_sides(&p->a), x->a);
-    vec_to(box_sides(&p->b), x->b);
+    vec_to(shape_core_half(&p->a), x->a);
+    vec_to(shape_core_half(&p->b), x->b);
     vec_to(p->b_in_a.t, x->t);
     for (int j = 0; j < 3; j++) {
         x->u[j] = vec_dot(column[j], p->b_in_a.t);

@@ -1,50 +1,25 @@
-/* closed: formulas for points, segments, boxes, bodies of revolution and half-spaces. Pure; any thread. */
+/* closed: formulas for a point and a body of revolution, for half-spaces, and for ellipsoids. Pure; any thread. */
 #include "closed.h"
 
-#include "formulas.h"
 #include "narrow/math/scalar.h"
 
-bool closed_sphere_sphere(const unit_pair *p, const narrow_goal *goal, span *out)
+/* The same number proves both bounds. */
+static bool exact(span *out, double distance, vec3 axis, vec3 point_a, vec3 point_b)
 {
-    (void)goal;
-    return formula_sphere_sphere(p, out);
+    *out = (span){.lo = distance,
+        .hi = distance,
+        .axis = axis,
+        .point_a = point_a,
+        .point_b = point_b,
+        .method = NARROW_BY_CLOSED_FORM,
+        .iterations = 1};
+    return true;
 }
 
-bool closed_sphere_capsule(const unit_pair *p, const narrow_goal *goal, span *out)
+static vec3 unit_or(vec3 v, vec3 otherwise)
 {
-    (void)goal;
-    return formula_sphere_capsule(p, out);
-}
-
-bool closed_sphere_box(const unit_pair *p, const narrow_goal *goal, span *out)
-{
-    (void)goal;
-    return formula_sphere_box(p, out);
-}
-
-static void keep_nearer(const segments *g, double s_a, double s_b, span *out)
-{
-    span s = *out;
-    take_points(g, s_a, s_b, &s);
-    if (s.hi < out->hi) *out = s;
-}
-
-/* The four ends against the other segment, and the two lines against each other: the least is the distance. */
-static void nearest_of_ends(const segments *g, span *out)
-{
-    for (int i = -1; i <= 1; i += 2) {
-        keep_nearer(g, i * g->ha, clamp_to(i * g->ha * g->ab - g->bt, g->hb), out);
-        keep_nearer(g, clamp_to(g->at + i * g->hb * g->ab, g->ha), i * g->hb, out);
-    }
-}
-
-bool closed_capsule_capsule(const unit_pair *p, const narrow_goal *goal, span *out)
-{
-    segments g = segments_of(p);
-    if (formula_capsule_capsule(p, &g, out)) return true;
-    nearest_of_ends(&g, out);
-    out->lo = separation(&g, out->axis);
-    return out->hi - out->lo <= max_of(goal->tolerance, p->error);
+    vec3 n = direction_of(v);
+    return vec_norm2(n) > 0 ? n : otherwise;
 }
 
 /* The profile of a body of revolution in the half-plane (radius, z), from the axis round to the axis: corners, and the
@@ -165,12 +140,6 @@ typedef struct place {
     double xx, xy, yy; /* second derivative + h */
 } place;
 
-/* The half axes of a core; a ball's are zero. */
-static vec3 ellipsoids_half_of(const shape *s)
-{
-    return s->type == SHAPE_ELLIPSOID ? s->half : VEC_ZERO;
-}
-
 /* Duff et al., "Building an Orthonormal Basis, Revisited", 2017. */
 static void plane_of(vec3 n, vec3 *x, vec3 *y)
 {
@@ -203,8 +172,8 @@ static void add_slopes(vec3 half, vec3 u, double length, vec3 x, vec3 y, place *
 static place ellipsoids_look(const unit_pair *p, vec3 n)
 {
     place at = {.n = n, .h = vec_dot(p->b_in_a.t, n)};
-    at.u = add_height(ellipsoids_half_of(&p->a), n, &at.na, &at);
-    at.v = add_height(ellipsoids_half_of(&p->b), mat_tmul(p->b_in_a.r, n), &at.nb, &at);
+    at.u = add_height(shape_core_half(&p->a), n, &at.na, &at);
+    at.v = add_height(shape_core_half(&p->b), mat_tmul(p->b_in_a.r, n), &at.nb, &at);
     return at;
 }
 
@@ -216,8 +185,8 @@ static void look_closer(const unit_pair *p, place *at)
     at->gx = vec_dot(p->b_in_a.t, at->x);
     at->gy = vec_dot(p->b_in_a.t, at->y);
     at->xx = at->xy = at->yy = 0;
-    add_slopes(ellipsoids_half_of(&p->a), at->u, at->na, at->x, at->y, at);
-    add_slopes(ellipsoids_half_of(&p->b), at->v, at->nb, at->xb, at->yb, at);
+    add_slopes(shape_core_half(&p->a), at->u, at->na, at->x, at->y, at);
+    add_slopes(shape_core_half(&p->b), at->v, at->nb, at->xb, at->yb, at);
 }
 
 /* ---- proof ---- */
@@ -248,7 +217,7 @@ static vec3 seen_from(vec3 u, vec3 u1, vec3 u2, vec3 w)
 static turn turn_of(const unit_pair *p, const place *at)
 {
     turn t = {.gain = {{0, 0}, {0, 0}}};
-    vec3 half_a = ellipsoids_half_of(&p->a), half_b = ellipsoids_half_of(&p->b), u1, u2, v1, v2;
+    vec3 half_a = shape_core_half(&p->a), half_b = shape_core_half(&p->b), u1, u2, v1, v2;
     plane_of(at->u, &u1, &u2);
     plane_of(at->v, &v1, &v2);
     t.a[0] = vec(at->na, 0, 0);

@@ -9,10 +9,6 @@
 
 typedef bool closed_form(const unit_pair *p, const narrow_goal *goal, span *out);
 
-closed_form closed_sphere_sphere;
-closed_form closed_sphere_capsule;
-closed_form closed_capsule_capsule;
-closed_form closed_sphere_box;
 closed_form closed_sphere_revolved; /* cylinder or cone */
 closed_form closed_any_halfspace;   /* B is the half-space */
 closed_form closed_halfspace_any;   /* A is the half-space */
@@ -36,9 +32,6 @@ void box_pair_axes(const unit_pair *p, span *out);
 /* closed_box_box of boxes of which no more is known than the face that separates most, and how far. */
 struct box_pair;
 bool box_pair_apart(const struct box_pair *x, double most, int face, const narrow_goal *goal, span *out);
-
-/* The sides of a core that is a box, a segment or a point. */
-vec3 box_sides(const shape *s);
 
 /* Of the fifteen axes of boxes that overlap, as bits (A's faces, B's faces, edge i of A with edge j of B at BOX_FACES +
  * 3 i + j): those along which the exact separation may be the greatest, for all that the rounding of doubles lets tell.

@@ -1,6 +1,7 @@
-/* box_facing: the formulas of box_features.c for two boxes, in lanes. What holds there of strict features and margins
- * holds here, too (features.h). All in A's frame. Inlined; the same bits however wide the processor is. Pure; any
- * thread.
+/* box_facing: the formulas for corners, edges and faces of two boxes, in lanes, and the proof that nothing else is as
+ * near (features.h); for box_box.c, and by box_features.c for searches. A feature of a box: for each of its axes the
+ * side that the nearest point lies on, or that it lies between the two. Across an axis along which the box has no
+ * extent the side is HIGH. All in A's frame. Inlined; the same bits however wide the processor is. Pure; any thread.
  *
  * Rounding, as in box_box.c, in u of both half diagonals g and |t|: points by 6.5 (the matrix) and 5.2 (the product),
  * so hi by 11.7 g, and by 2 |t| and what a norm takes. The axis: of a corner of A's, by 11.7, and so A's heights by

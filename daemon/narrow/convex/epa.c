@@ -17,6 +17,8 @@ enum { NONE = UINT16_MAX, DOMES_MAX = 8, RAISES_MAX = 16 };
 
 /* A direction this much deeper than the best so far is not worth a dome. */
 static const double PROMISING = 1.1;
+/* Nor is one whose support point lies above the facet by more than this part of the size. */
+static const double RIPE = 0.01;
 
 typedef struct expansion {
     const unit_pair *p;
@@ -417,7 +419,8 @@ static bool epa_raise_over(expansion *x, uint16_t index, const minkowski *m, con
 {
     const epa_facet *f = &x->e->facet[index];
     if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
-    if (vec_dot(f->normal, m->w) > -PROMISING * x->best->lo) return false;
+    double height = vec_dot(f->normal, m->w), above = height - vec_dot(f->normal, vertex_at(x->e, f->vertex[0]));
+    if (height > -PROMISING * x->best->lo || above > RIPE * x->p->size) return false;
     bundle pieces;
     pieces.count = 0;
     for (int i = 0; i < 3; i++) pieces_add(x->p, &pieces, &x->e->vertex[f->vertex[i]]);

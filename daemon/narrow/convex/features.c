@@ -46,9 +46,7 @@ static bool is_shallow(const unit_pair *p, const narrow_goal *goal, const span *
 
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
 {
-    bool (*const of_boxes)(const unit_pair *, const narrow_features *, span *) =
-        p->features_in_lanes ? box_facing_span : box_features_span;
-    if (!(features_are_of_boxes(p) ? of_boxes : hull_features_span)(p, f, out)) return false;
+    if (!(features_are_of_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
     if (f->deep && is_shallow(p, goal, out)) return false;
     out->nearest = *f;
     out->iterations = 1;

@@ -79,7 +79,6 @@ bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narro
 enum { NEAR_BETWEEN, NEAR_HIGH, NEAR_LOW, NEAR_SIDES };
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
-bool box_facing_span(const unit_pair *p, const narrow_features *f, span *out);     /* box_facing.h */
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
 
 /* The features of a facet of B - A by its corners, where the two shapes overlap. A may be a box. */

@@ -113,7 +113,6 @@ static bool settle_at_once(const unit_pair *p, const narrow_goal *goal, bool pro
     narrow_goal closely = *goal;
     hull_corners holds;
     closely.tolerance = goal->finest;
-    if (polytope_depth_at_once(p, &closely, out)) return near_features_finish_depth(p, goal, out);
     hull_seek_end end = hull_seek(p, HULL_SEEK_ON, proposes, &f, &holds);
     if (end == HULL_SEEK_PROPOSES) return near_features_span(p, goal, &f, out);
     if (end != HULL_SEEK_INSIDE) return false;

@@ -331,63 +331,21 @@ bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_resul
     return polytope_depth_by(lanes_wide(), p, goal, start, out);
 }
 
-/* ---- from six support points, or from four corners ---- */
-
-/* Points 0 and 1 along +x and -x, 2 and 3 along y, 4 and 5 along z. */
-static const narrow_shell OCTAHEDRON = {.point_count = 6,
-    .facet_count = 8,
-    .corner = {{0, 1, 0, 1, 0, 1, 0, 1}, {2, 4, 4, 3, 5, 2, 3, 5}, {4, 2, 3, 4, 2, 5, 5, 3}}};
+/* ---- from four corners ---- */
 
 /* Of points that turn like x, y, z seen from the first. */
 static const narrow_shell TETRAHEDRON = {
     .point_count = 4, .facet_count = 4, .corner = {{1, 0, 0, 0}, {2, 2, 1, 3}, {3, 1, 3, 2}}};
 
-/* The point that is farthest along -axis; the separation along the axis. */
-static double put_support(search *x, vec3 axis, int i)
+LANES_INLINE bool polytope_search_corners(search *x, const narrow_goal *goal, double *least)
 {
-    minkowski *m = &x->s->point[i];
-    unit_pair_nearest_to(x->p, axis, &x->hints, m);
-    double separation = vec_dot(axis, m->w);
-    if (separation > x->best->lo) x->best->lo = separation, x->best->axis = axis;
-    x->best->iterations++;
-    return separation;
-}
-
-LANES_INLINE bool search_at_once(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
-{
-    if (!load_facets(from, x->s)) return false;
-    link_facets(from, x->s);
+    if (!load_facets(&TETRAHEDRON, x->s)) return false;
+    link_facets(&TETRAHEDRON, x->s);
     return run(x, goal, least) && x->winner != NONE;
 }
 
-LANES_TWINS(LANES_WIDE, bool, search_at_once, search_at_once,
-    (search *const x, const narrow_shell *from, const narrow_goal *goal, double *least), (x, from, goal, least));
-
-/* Of the two extents along the line of the origins: when these are farther apart than that, the overlap is not deep. */
-#define DEEP 0.65
-
-bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
-{
-    surface s;
-    search x = {.p = p, .s = &s, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
-    vec3 t = p->b_in_a.t, u = direction_of(t), v, w;
-    double away = vec_norm(t), least;
-    if (!(away <= 0.5 * (p->size - away))) return false;
-    if (!(vec_norm2(u) > 0)) u = vec(1, 0, 0);
-    v = vec_unit_orthogonal(u);
-    w = vec_cross(u, v);
-    *out = (span){.lo = -INFINITY, .hi = INFINITY};
-    if (!(away <= DEEP * (away - put_support(&x, u, 1)))) return false;
-    put_support(&x, vec_neg(u), 0);
-    put_support(&x, vec_neg(v), 2);
-    put_support(&x, v, 3);
-    put_support(&x, vec_neg(w), 4);
-    put_support(&x, w, 5);
-    s.point_count = OCTAHEDRON.point_count;
-    if (!LANES_CHOSEN(search_at_once)(&x, &OCTAHEDRON, goal, &least)) return false;
-    polytope_report(&x, least);
-    return true;
-}
+LANES_TWINS(LANES_WIDE, bool, search_corners, polytope_search_corners,
+    (search *const x, const narrow_goal *goal, double *least), (x, goal, least));
 
 bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out)
 {
@@ -400,7 +358,7 @@ bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull
         s.point[0] = hull_pair_of(p, holds->a[1], holds->b[1]), s.point[1] = hull_pair_of(p, holds->a[0], holds->b[0]);
     s.point_count = TETRAHEDRON.point_count;
     *out = (span){.lo = -INFINITY, .hi = INFINITY};
-    if (!LANES_CHOSEN(search_at_once)(&x, &TETRAHEDRON, goal, &least)) return false;
+    if (!LANES_CHOSEN(search_corners)(&x, goal, &least)) return false;
     if (!(out->lo <= -NEAR_LEAST_DEPTH * p->size)) return false;
     polytope_report(&x, least);
     return true;

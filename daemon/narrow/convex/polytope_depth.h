@@ -9,13 +9,13 @@
  *
  * What a pair may remember: the surface, as pairs of vertices (narrow_shell). What is costly is the proof that no other
  * facet of B - A is nearer. It is made anew in each pose, but from the surface that was grown in the pose before, whose
- * points are placed anew. It need not be convex any more (nor is the octahedron that polytope_depth_at_once begins
- * with); what is asked is that each facet has the origin strictly on its inner side. Then every direction from the
- * origin meets it: a closed surface whose facets all turn the same way round the origin winds round it. Growing keeps
- * that: what is replaced and what replaces it bound the tetrahedra between the facets that see the new point and the
- * point, all of which lie on the outer sides of those facets, so not one holds the origin. As every direction meets the
- * surface at its least distance or beyond, and its points are B - A's, the ball of that radius is in B - A. Facets that
- * have come too near are grown on; where a facet is a sliver or would have the origin outside, it is given up.
+ * points are placed anew. It need not be convex any more; what is asked is that each facet has the origin strictly on
+ * its inner side. Then every direction from the origin meets it: a closed surface whose facets all turn in the same
+ * sense round the origin winds round it. Growing keeps that: what is replaced and what replaces it bound the tetrahedra
+ * between the facets that see the new point and the point, all of which lie on the outer sides of those facets, so not
+ * one holds the origin. As every direction meets the surface at its least distance or beyond, and its points are B -
+ * A's, the ball of that radius is in B - A. Facets that have come too near are grown on; where a facet is a sliver or
+ * would have the origin outside, it is given up.
  *
  * Why that gives the bits of a search from nothing. F is a facet of B - A, strict as features.h says but for 3, of
  * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DEPTH, n its normal;
@@ -46,12 +46,8 @@ bool polytope_depth_applies(const unit_pair *p);
  * many points: epa_depth has to answer, *out is as if nothing had been tried but for the count of iterations. */
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
-/* For two hulls, or a box and a hull, that lie deep in each other, without GJK: from the octahedron of six support
- * points, if it holds the origin. False: they do not, or it does not, or as above; *out counts for nothing. */
-bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
-
-/* The same from four corners that hull_seek found. False: as above, or the overlap is too shallow to go without care.
- */
+/* The same from four corners that hull_seek found. False: as above, or the overlap is too shallow to go without care;
+ * *out counts for nothing. */
 bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out);
 
 /* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be

@@ -1,5 +1,5 @@
 /* surface: a closed surface of triangles between points of B - A around the origin, that grows: the machine of
- * polytope_depth.c and of curved_depth.c. At most 64 points; facets in columns, looked at side by side; which facet is
+ * polytope_depth.c. At most 64 points; facets in columns, looked at side by side; which facet is
  * left of a directed edge stands in a table. Inlined into functions of LANES_WIDE and others. Pure; any thread. About
  * 20 kB on the caller's stack. */
 #ifndef COLLIDED_NARROW_CONVEX_SURFACE_H

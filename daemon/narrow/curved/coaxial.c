@@ -41,9 +41,9 @@ static ball ball_towards(const shape *s, double shaved, vec3 c)
 /* The formula for a point beside a core; NULL: there is none. */
 static closed_form *beside_point(shape_type type)
 {
-    static closed_form *const FORMS[SHAPE_CONVEX_COUNT] = {[SHAPE_SPHERE] = closed_sphere_sphere,
-        [SHAPE_CAPSULE] = closed_sphere_capsule,
-        [SHAPE_BOX] = closed_sphere_box,
+    static closed_form *const FORMS[SHAPE_CONVEX_COUNT] = {[SHAPE_SPHERE] = closed_box_box,
+        [SHAPE_CAPSULE] = closed_box_box,
+        [SHAPE_BOX] = closed_box_box,
         [SHAPE_CYLINDER] = closed_sphere_revolved,
         [SHAPE_CONE] = closed_sphere_revolved,
         [SHAPE_ELLIPSOID] = ellipsoid_pair_measure};

@@ -25,16 +25,6 @@ void descent_settle_rims(const unit_pair *p, const narrow_goal *goal, span *s);
 
 /* ==== depths ==== */
 
-/* The depth of two overlapping cores of which one at least has a rim, by the expanding polytope with
- * domes, as epa.h, for the common case: few points, no slivers.
- *
- * What is proved and how is epa.h's: each direction tried bounds the depth from above, the nearest triangle of a closed
- * surface of points of B - A from below, and where rims would take thousands of triangles, domes (curved.h) say
- * that nothing behind a triangle is nearer. With domes some twenty points are enough, and the machine of surface.h is
- * quicker than epa.c's. Nothing is remembered from query to query. */
-
-/* ---- dome ---- */
-
 /* A cone of directions in which two overlapping cores are surely no shallower than at its middle.
  *
  * Where a cylinder or a cone is met at its rim, B - A is curved, and triangles inscribed in it come to within eps only
@@ -60,13 +50,6 @@ bool dome_raise(const unit_pair *p, const bundle *pieces, vec3 near, double clos
  * (at most the dome's), in the dome? Then nothing behind that triangle is nearer than `depth`. `nearest`: its point
  * nearest to the origin, by which most are refused. */
 bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, double size);
-
-/* ---- curved depth ---- */
-
-/* For pairs of which pieces_apply. `start`: where gjk_distance ended. False: the simplex holds no tetrahedron, or the
- * surface got slivers, folds or too many points: epa_depth has to answer, *out is as if nothing had been tried but for
- * the count of iterations. */
-bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
 /* ==== about one axis ==== */
 

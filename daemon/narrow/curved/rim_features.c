@@ -37,15 +37,10 @@ typedef struct sides { /* of a box: of what lies between, at is 0 */
     int free;
 } sides;
 
-static vec3 rim_half_of(const shape *s)
-{
-    return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : s->half;
-}
-
 static bool rim_sides_of(const shape *s, const uint16_t side[3], sides *x)
 {
     bool right = true;
-    vec_to(rim_half_of(s), x->half);
+    vec_to(shape_core_half(s), x->half);
     x->free = 0;
     for (int i = 0; i < 3; i++) {
         right &= side[i] < SIDES && (side[i] == HIGH || x->half[i] > 0);
@@ -120,7 +115,7 @@ static bool box_holds(const shape *s, const uint16_t side[3], vec3 out)
 {
     double half[3], d[3];
     bool right = true;
-    vec_to(rim_half_of(s), half);
+    vec_to(shape_core_half(s), half);
     vec_to(out, d);
     for (int i = 0; i < 3; i++) right &= side[i] == BETWEEN || SIGN[side[i]] * d[i] > LEAN || half[i] == 0;
     return right;
@@ -153,7 +148,7 @@ static bool box_may_be(const shape *s, const uint16_t side[3], vec3 out, double 
 {
     double half[3], d[3];
     bool may = true;
-    vec_to(rim_half_of(s), half);
+    vec_to(shape_core_half(s), half);
     vec_to(out, d);
     for (int i = 0; i < 3; i++) {
         bool between = half[i] > 0 && fabs(d[i]) <= off;
@@ -187,7 +182,7 @@ static bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, d
         return r > 0 && at.x * at.x + at.y * at.y < r * r;
     }
     bool inside = true;
-    vec_to(rim_half_of(s), half);
+    vec_to(shape_core_half(s), half);
     vec_to(at, x);
     for (int i = 0; i < 3; i++) inside &= side[i] != BETWEEN || fabs(x[i]) < half[i] - margin;
     return inside;
@@ -197,7 +192,7 @@ static bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, d
 static void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3])
 {
     double half[3], x[3];
-    vec_to(rim_half_of(s), half);
+    vec_to(shape_core_half(s), half);
     vec_to(at, x);
     if (shape_has_rim(s)) {
         bool cone = s->type == SHAPE_CONE, end = s->half.z - fabs(at.z) <= near;

@@ -15,12 +15,6 @@
 /* Relative to the largest coordinate: vertices this close to the highest in doubles may be the highest. */
 #define VERTEX_SLACK 0x1p-48
 
-static vec3 exact_half_of(const shape *s)
-{
-    if (s->type == SHAPE_SPHERE) return VEC_ZERO;
-    return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : s->half;
-}
-
 static dd times(double a, dd b)
 {
     return dd_mul_double(b, a);
@@ -54,7 +48,7 @@ static dd ellipsoid_height(vec3 half, dd3 n)
  * for half-spaces. */
 static dd exact_height(const shape *s, double scale, dd3 n)
 {
-    vec3 h = exact_half_of(s);
+    vec3 h = shape_core_half(s);
     dd along = times(h.z, dd_abs(n.z));
     switch (s->type) {
     case SHAPE_CYLINDER:
@@ -78,7 +72,7 @@ static dd clamp(dd x, double h)
 /* The nearest point of a sphere's, capsule's or box's core. */
 static dd3 exact_clamp(const shape *s, dd3 point)
 {
-    vec3 h = exact_half_of(s);
+    vec3 h = shape_core_half(s);
     return (dd3){clamp(point.x, h.x), clamp(point.y, h.y), clamp(point.z, h.z)};
 }
 
@@ -112,7 +106,7 @@ static bool exact_has_distance(const shape *s)
 /* Signed distance of a point from the core, where exact_has_distance. */
 static dd exact_distance(const shape *s, dd3 point)
 {
-    vec3 h = exact_half_of(s);
+    vec3 h = shape_core_half(s);
     dd z = dd_sub(dd_abs(point.z), dd_of(h.z));
     if (s->type == SHAPE_CONE) return cone_distance(h.x, h.z, length2(point.x, point.y), point.z);
     if (s->type == SHAPE_CYLINDER) return passed(dd_sub(length2(point.x, point.y), dd_of(h.x)), dd_of(-INFINITY), z);
@@ -296,7 +290,7 @@ static dd box_separation(const exact_pair *pair)
         e->ra = rotation_of(e->qa, false);
         e->rb = rotation_of(e->qb, false);
     }
-    vec3 half_a = box_sides(&e->p->a), half_b = box_sides(&e->p->b);
+    vec3 half_a = shape_core_half(&e->p->a), half_b = shape_core_half(&e->p->b);
     unsigned near = box_pair_near_best(e->p);
     dd best = dd_of(-INFINITY);
     for (int i = 0; near; i++, near >>= 1) {

@@ -82,7 +82,6 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->b_in_a.r = quat_matrix(b_in_a->q);
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
-    p->features_in_lanes = false;
     p->shell = NULL;
     p->effort = NULL;
     p->apart_along = VEC_ZERO;

@@ -22,16 +22,15 @@ typedef struct unit_pair {
     double radius;    /* of a plus of b */
     double shaved_a;  /* by which the core of an ellipsoid is smaller than its half axes say; in a.radius, too */
     double shaved_b;
-    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
-                         half-space is as far as the other shape is from its origin */
-    double error;     /* of any separation along a unit axis: pose, support point, product and sum */
-    double deviation; /* of a plus of b: only upper bounds need it */
-    bool features_in_lanes; /* of two boxes: they are tried by box_facing.h */
-    narrow_shell *shell;    /* where a search for the depth of hulls leaves its surface; may be NULL */
-    vec3 apart_along;       /* of a pair that remembers: it was apart along that axis; else zero */
-    bool remembers;         /* it was asked about before: strict features are not to be sought, but remembered */
-    effort *effort;         /* of the query; NULL: searches end by themselves, or are not counted */
-    double excess; /* by which points that hulls were made of may be outside of them: only lower bounds need it */
+    double size;         /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
+                            half-space is as far as the other shape is from its origin */
+    double error;        /* of any separation along a unit axis: pose, support point, product and sum */
+    double deviation;    /* of a plus of b: only upper bounds need it */
+    narrow_shell *shell; /* where a search for the depth of hulls leaves its surface; may be NULL */
+    vec3 apart_along;    /* of a pair that remembers: it was apart along that axis; else zero */
+    bool remembers;      /* it was asked about before: strict features are not to be sought, but remembered */
+    effort *effort;      /* of the query; NULL: searches end by themselves, or are not counted */
+    double excess;       /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
 /* What ends a search. Lengths between cores. */
@@ -81,6 +80,13 @@ static inline double span_aside(const span *s)
 static inline bool shape_is_plane(const shape *s)
 {
     return s->type == SHAPE_HALFSPACE;
+}
+
+/* The half sides or half axes of a core: none of a ball's centre, the segment's of a capsule. */
+static inline vec3 shape_core_half(const shape *s)
+{
+    if (s->type == SHAPE_SPHERE) return VEC_ZERO;
+    return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : s->half;
 }
 
 static inline bool shape_has_rim(const shape *s)

@@ -267,7 +267,7 @@ INLINE void box_box_try_edges(const box_pair *x, unsigned asked, double *best, i
 INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_pair *p)
 {
     double by = 1;
-    *p = (unit_pair){.unit = from->unit, .scale = from->scale, .features_in_lanes = true};
+    *p = (unit_pair){.unit = from->unit, .scale = from->scale};
     if (q->everyday) {
         unit_of(max_of(max_of(q->reach_a, q->reach_b), vec_greatest(q->between)), &p->unit, &p->scale);
         by = p->scale;
@@ -458,7 +458,7 @@ INLINE bool distance_of_boxes(primitive_pair *q, narrow_cache *cache, epa_scratc
 
 INLINE bool two_boxes(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
 {
-    return q->request->facts & NARROW_DISTANCE ? distance_of_boxes(q, cache, scratch, out) : verdict_of_boxes(q, out);
+    return is_measured(q->request) ? distance_of_boxes(q, cache, scratch, out) : verdict_of_boxes(q, out);
 }
 
 LANES_TWINS(LANES_WHOLE, bool, two_boxes, two_boxes,

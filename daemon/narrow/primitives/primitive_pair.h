@@ -9,7 +9,6 @@
 #define COLLIDED_NARROW_PRIMITIVES_PRIMITIVE_PAIR_H
 
 #include "geom/round.h"
-#include "narrow/closed/formulas.h"
 #include "narrow/convex/epa.h"
 #include "narrow/pair/finish.h"
 
@@ -43,9 +42,16 @@ primitive_formula ellipsoids_by_verdict; /* primitives.c */
 /* box_box.c: with what the pair remembers, and with scratch for a search; both may be NULL. */
 bool box_beside_box(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out);
 
+/* Is more asked for than on which side of the threshold they are? Points of contact follow from how deep it is. */
+INLINE bool is_measured(const narrow_request *r)
+{
+    return r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
+}
+
 INLINE bool suffices(const narrow_request *r, const narrow_result *out)
 {
-    bool measured = out->hi - out->lo <= r->tolerance || out->lo > r->range || !(r->facts & NARROW_DISTANCE);
+    double beyond = r->facts & NARROW_DISTANCE ? r->range : r->threshold;
+    bool measured = out->hi - out->lo <= r->tolerance || out->lo > beyond || !is_measured(r);
     bool decided = out->lo > r->threshold || out->hi <= r->threshold || r->facts == NARROW_DISTANCE;
     return measured && decided;
 }

@@ -93,15 +93,29 @@ INLINE bool sphere_beside_box(primitive_pair *q, narrow_result *out)
     return end_of_sphere(q, &p, distance, axis, out);
 }
 
+/* v without its part along the unit vector u; twice, because the first pass leaves what cancelled. Zero where v lies
+ * along u but for rounding: what is left then points anywhere, along u where the length of u is not quite 1. */
+INLINE vec3 orthogonal_part(vec3 v, vec3 u)
+{
+    vec3 n = vec_madd(v, -vec_dot(v, u), u);
+    n = vec_madd(n, -vec_dot(n, u), u);
+    return vec_norm2(n) > 0x1p-60 * vec_norm2(v) ? n : VEC_ZERO;
+}
+
+/* The ball is level with the segment, or at its end but for rounding. */
 INLINE bool sphere_beside_capsule(primitive_pair *q, narrow_result *out)
 {
     unit_pair p;
-    span s;
     begin(q, &p);
     if (!is_in_range(q, &p)) return false;
-    p.b_in_a.r.z = q->turn_b.z;
-    p.b.half.z = q->b->half.z * p.scale;
-    formula_sphere_capsule(&p, &s);
+    vec3 u = q->turn_b.z, t = p.b_in_a.t;
+    double h = q->b->half.z * p.scale, at = clamp_to(-vec_dot(t, u), h);
+    vec3 v = vec_madd(t, at, u);
+    bool level = fabs(at) < h || at * vec_dot(v, u) > 0;
+    vec3 n = direction_of(level ? orthogonal_part(v, u) : v);
+    double distance = vec_norm(v);
+    span s = {.lo = distance, .hi = distance, .point_b = v, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
+    s.axis = vec_norm2(n) > 0 ? n : vec_unit_orthogonal(u);
     vec3 towards = s.hi > p.radius ? vec_scale(s.point_b, 1 / s.hi) : s.axis;
     q->outside = q->everyday && !(s.hi > NOTICEABLE);
     return !q->outside && end(q, &p, &s, towards, out);
@@ -109,8 +123,7 @@ INLINE bool sphere_beside_capsule(primitive_pair *q, narrow_result *out)
 
 /* ---- two capsules ---- */
 
-/* Two segments: p_a(s) = s a, p_b(s) = t + s b, with unit a and b, and |s| <= h. See formulas.h, of which this is the
- * one case of two that are not parallel, where they are not in A's frame. */
+/* Two segments that are not parallel: p_a(s) = s a, p_b(s) = t + s b, with unit a and b, and |s| <= h. */
 typedef struct lines {
     vec3 a, b, t;
     double ha, hb;
@@ -143,7 +156,7 @@ INLINE vec3 sharper_axis(const lines *g, vec3 across, double s_a, double s_b, ve
     return direction_of(inner_a ? orthogonal_part(v, g->a) : inner_b ? orthogonal_part(v, g->b) : v);
 }
 
-/* Nearly parallel ones are not proven by any of these, and go another way.
+/* Nearly parallel ones are not proven by any of these, and are left to a search.
  *
  * Rounding, in u = 2^-53, with h the sum of the half lengths, r that of the radii, e the gap of the cores, |t| <= e +
  * h. A direction is off by less than 6.5 u (test_primitive_boxes). hi: each point by 7.5 u of its place on the segment,
@@ -551,7 +564,7 @@ INLINE bool ellipsoid_overlap(const ellipsoids *g, vec3 point, double error)
 
 bool ellipsoids_by_verdict(primitive_pair *q, narrow_result *out)
 {
-    if (q->request->facts & NARROW_DISTANCE) return false;
+    if (is_measured(q->request)) return false;
     unit_pair p;
     begin(q, &p);
     if (!is_in_range(q, &p)) return false;

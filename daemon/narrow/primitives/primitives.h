@@ -8,12 +8,12 @@
 /* Can a formula answer this request about a shape and this one, in canonical order? */
 static inline bool primitives_apply(const shape *b, const narrow_request *r)
 {
-    return b->type <= SHAPE_ELLIPSOID && ((unsigned)r->engine | (r->facts & NARROW_MANIFOLD)) == 0;
+    return b->type <= SHAPE_ELLIPSOID && r->engine == NARROW_ENGINE_AUTO;
 }
 
-/* The answer in A's frame, as narrow_query gives it, where it is as narrow as asked. Where not, false, and nothing is
- * written that counts. The features by which the distance of two boxes was found are read from `cache` and written to
- * it; NULL: none are. Without a scratch (NULL) nothing is searched. */
+/* The answer in A's frame, as narrow_query gives it but for points of contact, where it is as narrow as asked. Where
+ * not, false, and nothing is written that counts. The features by which the distance of two boxes was found are read
+ * from `cache` and written to it; NULL: none are. Without a scratch (NULL) nothing is searched. */
 bool primitives_answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, epa_scratch *scratch, narrow_result *result);
 
