@@ -62,7 +62,7 @@ typedef struct tree {
     uint32_t end;       /* nodes ever used */
     uint32_t free_pair; /* first of the freed pairs of siblings, linked by `down`; TREE_NONE at the end */
     uint32_t leaf_count;
-    bool loose; /* until tree_settle: see tree_loosen */
+    bool loose;              /* until tree_settle: see tree_loosen */
     ARRAY(uint32_t) leaf_of; /* by proxy: its node */
     ARRAY(tree_step) search;
     ARRAY(tree_leaf) announced;

@@ -70,7 +70,8 @@ static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
 /* What has been received in this round, and is to be carried out, is a part of what the slice is to bound. */
 void service_choose_slice(service *s, int64_t spent_ns)
 {
-    double before_us = 1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)(world_effort(s->world) + steps_effort(s));
+    double before_us =
+        1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)(world_effort(s->world) + steps_effort(s));
     double us = fmax(s->config.slice_us - before_us, SLICE_LEFT * s->config.slice_us);
     double units = 1e3 * us / (s->slice_unit_ns > 0 ? s->slice_unit_ns : 1);
     units = fmax(units, SLICE_LEAST);

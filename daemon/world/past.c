@@ -69,8 +69,8 @@ static void list(world *w, uint32_t id)
     b->past_listed = true;
 }
 
-/* Most bodies wait for a tick or two: room for eight each, as arrays begin, of all bodies of a step would be memory that
- * nobody uses. */
+/* Most bodies wait for a tick or two: room for eight each, as arrays begin, of all bodies of a step would be memory
+ * that nobody uses. */
 static void push_motion(body *b, const past_motion *swept)
 {
     if (b->past.count == b->past.capacity) {

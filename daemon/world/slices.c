@@ -22,13 +22,13 @@
 
 enum {
     A_MILLISECOND = 1000000,
-    A_BODY = 100,        /* units */
-    A_PAIR_SEEN = 25,    /* one that is looked at, and perhaps not pending */
-    A_PAIR_LISTED = 250, /* and sorted by how long it has waited */
-    MANY_PAIRS = 256,    /* a body with fewer cheap ones is never taken in parts */
-    HUB_PAIRS = 32768,   /* one with more is gone through in parts, ... */
-    HUGE_PAIRS = 131072, /* ... certainly one with so many */
-    A_LOOK_UP = 100, /* of the pair, far away in memory */
+    A_BODY = 100,         /* units */
+    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
+    A_PAIR_LISTED = 250,  /* and sorted by how long it has waited */
+    MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
+    HUB_PAIRS = 32768,    /* one with more is gone through in parts, ... */
+    HUGE_PAIRS = 131072,  /* ... certainly one with so many */
+    A_LOOK_UP = 100,      /* of the pair, far away in memory */
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
