@@ -194,6 +194,7 @@ static void note_proxy(tree *t, uint32_t proxy)
 /* Up to where nothing changes any more. */
 static void fit_upward(tree *t, uint32_t i)
 {
+    if (t->loose) return;
     for (; i != TREE_NONE; i = t->nodes[i].parent) {
         uint32_t down = t->nodes[i].down;
         assert(!(down & TREE_LEAF) && t->nodes[down].parent == i && t->nodes[down + 1].parent == i);
@@ -207,7 +208,7 @@ static void fit_upward(tree *t, uint32_t i)
 void tree_insert(tree *t, uint32_t proxy, const fbox *box)
 {
     note_proxy(t, proxy);
-    assert(t->leaf_of.at[proxy] == TREE_NONE);
+    assert(t->leaf_of.at[proxy] == TREE_NONE && !t->loose);
     tree_reserve(t, 2);
     if (t->leaf_count++ == 0) {
         t->nodes[TREE_ROOT].parent = TREE_NONE;
@@ -259,9 +260,38 @@ static void build_anew(tree *t)
     tree_build(t, t->announced.at, t->announced.count);
 }
 
+static bool is_most(const tree *t, size_t changes)
+{
+    return changes > WORTH_BUILDING && changes > t->leaf_count / 4;
+}
+
+void tree_loosen(tree *t, size_t changes)
+{
+    t->loose |= is_most(t, changes);
+}
+
+/* All inner nodes, each before those below it, and then backwards. */
+static void fit_all(tree *t)
+{
+    t->spans.count = 0;
+    if (t->leaf_count > 1) array_push(&t->spans, ((tree_span){.node = TREE_ROOT}));
+    for (size_t i = 0; i < t->spans.count; i++) {
+        uint32_t down = t->nodes[t->spans.at[i].node].down;
+        for (uint32_t k = down; k < down + 2; k++)
+            if (!tree_is_leaf(&t->nodes[k])) array_push(&t->spans, ((tree_span){.node = k}));
+    }
+    for (size_t i = t->spans.count; i-- > 0;) {
+        tree_node *n = &t->nodes[t->spans.at[i].node];
+        n->box = fbox_union(&t->nodes[n->down].box, &t->nodes[n->down + 1].box);
+    }
+}
+
 void tree_settle(tree *t)
 {
-    if (t->announced.count > WORTH_BUILDING && t->announced.count > t->leaf_count / 4) {
+    bool anew = is_most(t, t->announced.count);
+    if (t->loose && !anew) fit_all(t);
+    t->loose = false;
+    if (anew) {
         build_anew(t);
     } else {
         for (size_t i = 0; i < t->announced.count; i++)

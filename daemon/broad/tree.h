@@ -63,6 +63,7 @@ typedef struct tree {
     uint32_t end;       /* nodes ever used */
     uint32_t free_pair; /* first of the freed pairs of siblings, linked by `down`; TREE_NONE at the end */
     uint32_t leaf_count;
+    bool loose;              /* until tree_settle: see tree_loosen */
     ARRAY(uint32_t) leaf_of; /* by proxy: its node */
     ARRAY(tree_step) search;
     ARRAY(tree_leaf) announced;
@@ -77,6 +78,11 @@ void tree_remove(tree *t, uint32_t proxy);
 
 /* The proxy has another box; its leaf stays where it is. */
 void tree_move(tree *t, uint32_t proxy, const fbox *box);
+
+/* Very many changes are about to come, if they are: then boxes above leaves that move or go follow in tree_settle, all
+ * of them, without rotations. One by one, rotated against neighbours that have not moved yet, they would leave a tree
+ * in which a query goes through ten times as many nodes. No query, nor insertion, before tree_settle. */
+void tree_loosen(tree *t, size_t changes);
 
 /* Several at once: announced, and inserted by tree_settle, which builds the whole tree anew where that costs less. */
 void tree_announce(tree *t, uint32_t proxy, const fbox *box);

@@ -25,8 +25,10 @@ static void remove_leaf(broad *b, uint32_t id)
 static void trees_move(broad *b, change *c)
 {
     proxy *p = &b->proxies.at[c->proxy];
+    tree *t = tree_of(b, p->fixed);
+    tree_loosen(t, b->pending.count);
     if (p->fixed == c->fixed && p->moves++ < MOVES_IN_PLACE && fbox_overlap(&p->fat, &c->fat)) {
-        tree_move(tree_of(b, p->fixed), c->proxy, &c->fat);
+        tree_move(t, c->proxy, &c->fat);
     } else {
         remove_leaf(b, c->proxy);
         put(b, c);

@@ -58,6 +58,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
 void steps_refused(service *s, struct link *from, const wire_message *m); /* for its rate: it has not been recorded */
 void steps_join(service *s, session *c, int32_t lock_step);               /* 0: leaves */
 bool steps_due(const service *s);           /* a step is complete, or asked for again: a tick is due */
+uint64_t steps_effort(const service *s);    /* units of world_effort that steps_complete will bring */
 void steps_complete(service *s);            /* applies a step that is */
 void steps_watch(service *s);               /* who misses a step; before each round, not in a replay */
 int64_t steps_next_ns(const service *s);    /* when somebody may miss one, monotonic; INT64_MAX: nobody */

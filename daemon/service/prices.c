@@ -4,8 +4,9 @@
 #include "shares.h"
 
 static const double COMMAND = 2, A_BODY = 5, A_SHAPE = 2, A_CHILD = 10, A_RULE = 0.2; /* each */
-static const double A_MATCH = 0.002; /* a rule, or a pattern of a subscription, and a body */
-static const double A_NUMBER = 0.002, A_POSE = 0.1;
+static const double A_MATCH = 0.002;  /* a rule, or a pattern of a subscription, and a body */
+static const double A_NUMBER = 0.006; /* of a geometry: copied into memory that the system has yet to find */
+static const double A_POSE = 0.1;
 static const double A_POINT = 2, A_TRIANGLE = 1.5, A_HEIGHT = 4; /* of what is built: hull, mesh, height field */
 static const double A_QUERY = 20, A_BODY_NAMED = 0.05, A_BODY_LOOKED_THROUGH = 0.02, A_HIT = 1;
 

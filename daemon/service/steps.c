@@ -167,10 +167,11 @@ static void each_message(
     wire_memory_destroy(memory);
 }
 
+enum { A_POSE = 1000 }; /* units, see world_effort */
+
 /* Poses of bodies of many shapes count as so many as would take as long. */
 static size_t weight_of(const service *s, session *c, const wire_pose_batch *m)
 {
-    enum { A_POSE = 1000 }; /* units, see world_effort */
     size_t weight = m->bodies.count;
     for (uint32_t i = 0; i < m->bodies.count && world_has_wide(s->world); i++) {
         const owned_body *b = session_body(c, m->bodies.at[i]);
@@ -420,6 +421,18 @@ static int64_t simulation_of(const service *s, int64_t step)
             latest_ns = c->held.simulation_ns;
     }
     return latest_ns;
+}
+
+uint64_t steps_effort(const service *s)
+{
+    uint64_t poses = 0;
+    if (!s->lock_step.members) return 0;
+    roll r = call_roll(s);
+    for (size_t i = 0; i < s->sessions.count && is_complete(s, &r); i++) {
+        const session *c = s->sessions.at[i];
+        if (is_member(c) && c->held.step <= r.least) poses += c->held.poses;
+    }
+    return A_POSE * poses;
 }
 
 /* A member that is ahead of the others keeps what it has published. */

@@ -62,7 +62,7 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
 static const double SLICE_LEAST = 2e6;
 /* Nanoseconds: what ticks show of a unit may be far less, where they looked up what had been found out. The next tick,
  * which has to find out, is not to take all that this seems to leave. */
-static const double UNIT_LEAST_NS = 0.5;
+static const double UNIT_LEAST_NS = 1;
 static const double SLICE_LEFT = 0.5;                       /* of it, whatever else a round does */
 static const double LEARN_SLOWER = 0.5, LEARN_FASTER = 0.1; /* of what the last tick has shown */
 static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
@@ -70,7 +70,8 @@ static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
 /* What has been received in this round, and is to be carried out, is a part of what the slice is to bound. */
 void service_choose_slice(service *s, int64_t spent_ns)
 {
-    double before_us = 1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)world_effort(s->world);
+    double before_us =
+        1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)(world_effort(s->world) + steps_effort(s));
     double us = fmax(s->config.slice_us - before_us, SLICE_LEFT * s->config.slice_us);
     double units = 1e3 * us / (s->slice_unit_ns > 0 ? s->slice_unit_ns : 1);
     units = fmax(units, SLICE_LEAST);

@@ -5,6 +5,7 @@
 #include "subscription.h"
 
 #include "base/sort.h"
+#include "geom/compound.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -43,13 +44,22 @@ static const filter_rule *first_rule(const world *w, const body *a, const body *
     return first == PAIR_MAP_NONE ? NULL : &a->rules[first];
 }
 
+/* To say which of two that may be equal is the first, child by child. */
+static uint64_t price_of_order(const shape *a, const shape *b)
+{
+    enum { A_CHILD = 40 };
+    bool alike = a->type == SHAPE_COMPOUND && b->type == SHAPE_COMPOUND;
+    return alike && a->compound->child_count == b->compound->child_count ? A_CHILD * a->compound->child_count : 0;
+}
+
 uint64_t pair_price(void *context, uint32_t a, uint32_t b)
 {
     enum { A_TRY = 200 }; /* of one name against one pattern, with pieces that are found late */
     const world *w = context;
-    const body *x = &w->bodies.at[w->colliders.at[a].body], *y = &w->bodies.at[w->colliders.at[b].body];
+    const collider *s = &w->colliders.at[a], *t = &w->colliders.at[b];
+    const body *x = &w->bodies.at[s->body], *y = &w->bodies.at[t->body];
     size_t tries = rules_price(&w->rules, x->rule_set) + rules_price(&w->rules, y->rule_set);
-    return tries > 2 * RULES_CHEAP ? A_TRY * (uint64_t)tries : 0;
+    return (tries > 2 * RULES_CHEAP ? A_TRY * (uint64_t)tries : 0) + price_of_order(&s->shape, &t->shape);
 }
 
 pair_terms pair_get_terms(const world *w, const body *a, const body *b)

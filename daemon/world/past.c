@@ -69,13 +69,24 @@ static void list(world *w, uint32_t id)
     b->past_listed = true;
 }
 
+/* Most bodies wait for a tick or two: room for eight each, as arrays begin, of all bodies of a step would be memory
+ * that nobody uses. */
+static void push_motion(body *b, const past_motion *swept)
+{
+    if (b->past.count == b->past.capacity) {
+        b->past.capacity = b->past.capacity ? 2 * b->past.capacity : 1;
+        b->past.at = base_realloc(b->past.at, b->past.capacity, sizeof *b->past.at);
+    }
+    b->past.at[b->past.count++] = *swept;
+}
+
 static void add_past_motion(world *w, uint32_t id, const past_motion *swept)
 {
     body *b = &w->bodies.at[id];
     list(w, id);
     if (b->past.count && (b->past.count == PAST_MOTIONS_MOST || w->past_motions >= ALL_PAST_MOTIONS_MOST))
         drop_oldest(w, id);
-    array_push(&b->past, *swept);
+    push_motion(b, swept);
     w->past_motions++;
 }
 
@@ -189,12 +200,19 @@ static int compare_ids(const void *x, const void *y)
     return (a > b) - (a < b);
 }
 
+static bool is_in_order(const world *w)
+{
+    for (size_t i = 1; i < w->past_bodies.count; i++)
+        if (w->past_bodies.at[i - 1] > w->past_bodies.at[i]) return false;
+    return true;
+}
+
 /* But for those that are `waited` for. In the order of their ids, whichever way they came onto the list: some of them
  * are told. */
 static void forget_others(world *w, bool waited)
 {
     size_t kept = 0;
-    if (w->past_bodies.count) qsort(w->past_bodies.at, w->past_bodies.count, sizeof *w->past_bodies.at, compare_ids);
+    if (!is_in_order(w)) qsort(w->past_bodies.at, w->past_bodies.count, sizeof *w->past_bodies.at, compare_ids);
     for (size_t i = 0; i < w->past_bodies.count; i++) {
         uint32_t id = w->past_bodies.at[i];
         bool stays = waited && is_waited_for(w, &w->bodies.at[id]);

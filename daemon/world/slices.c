@@ -22,13 +22,13 @@
 
 enum {
     A_MILLISECOND = 1000000,
-    A_BODY = 100,        /* units */
-    A_PAIR_SEEN = 25,    /* one that is looked at, and perhaps not pending */
-    A_PAIR_LISTED = 250, /* and sorted by how long it has waited */
-    MANY_PAIRS = 256,    /* a body with fewer cheap ones is never taken in parts */
-    HUB_PAIRS = 32768,   /* one with more is gone through in parts, ... */
-    HUGE_PAIRS = 131072, /* ... certainly one with so many */
-    A_LOOK_UP = 100,
+    A_BODY = 100,         /* units */
+    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
+    A_PAIR_LISTED = 250,  /* and sorted by how long it has waited */
+    MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
+    HUB_PAIRS = 32768,    /* one with more is gone through in parts, ... */
+    HUGE_PAIRS = 131072,  /* ... certainly one with so many */
+    A_LOOK_UP = 100,      /* of the pair, far away in memory */
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
@@ -53,7 +53,7 @@ void slices_begin(world *w)
 {
     w->sliced = w->due || w->parked || w->olds || w->leaving.count || w->going || w->reaps_late || w->searching;
     w->figures.slice_units = 0;
-    broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
+    broad_set_price(w->broad, w->rules.dear || w->dear ? pair_price : NULL);
     broad_set_limit(w->broad, w->slice, w->slice != UINT64_MAX ? broad_most(w) : SIZE_MAX);
 }
 
@@ -225,6 +225,7 @@ static bool is_waiting(turn *t, uint32_t other, uint32_t *id)
     world *w = t->w;
     const body *o = &w->bodies.at[w->colliders.at[other].body];
     if (is_done(t, o)) return false;
+    t->spent += A_LOOK_UP;
     *id = pair_find(w, t->collider, other);
     if (*id == PAIR_MAP_NONE) return false;
     bool changed_now = t->body->changed_tick == w->figures.ticks; /* then it has not been decided since, but here */
@@ -323,7 +324,7 @@ static bool activate_by_ids(turn *t, body *b, uint64_t units)
                 return false;
             }
             uint32_t id;
-            t->spent += A_LOOK_UP;
+            t->spent += A_PAIR_SEEN;
             if (w->colliders.at[b->pass_next].used && is_waiting(t, b->pass_next, &id))
                 t->spent += pair_activate(w, id);
         }

@@ -616,8 +616,8 @@ typedef struct pair_terms { /* what the filters say of two bodies */
     const char *why;
 } pair_terms;
 pair_terms pair_get_terms(const world *w, const body *a, const body *b);
-/* Units that it may take to hold the rules of two colliders' bodies against each other, where that is more than usual:
- * the same whatever has been found before. A broad_price. */
+/* Units that it may take to hold the rules of two colliders' bodies against each other, and to say which of the two is
+ * the first, where that is more than usual: the same whatever has been found before. A broad_price. */
 uint64_t pair_price(void *context, uint32_t a, uint32_t b);
 /* The same of a pair, without `rule` and `why`: they are kept with it. */
 static inline pair_terms pair_kept_terms(const pair *p)

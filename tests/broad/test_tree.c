@@ -49,6 +49,22 @@ static void announce_some(model *m, prng *r)
     tree_settle(&m->tree);
 }
 
+/* Most of them in one batch: moved, removed and announced while boxes above do not follow. */
+static void change_most(model *m, prng *r)
+{
+    tree_loosen(&m->tree, PROXIES);
+    for (uint32_t i = 0; i < PROXIES; i++) {
+        uint32_t what = prng_below(r, 8);
+        if (what == 0 && m->present[i]) tree_remove(&m->tree, i);
+        if (what == 0) m->present[i] = false;
+        if (what < 2 && m->present[i]) continue;
+        if (what) m->box[i] = random_fbox(r);
+        if (what && m->present[i]) tree_move(&m->tree, i, &m->box[i]);
+        if (what > 5 && !m->present[i]) tree_announce(&m->tree, i, &m->box[i]), m->present[i] = true;
+    }
+    tree_settle(&m->tree);
+}
+
 static void random_changes_keep_the_invariants_and_the_answers(void **state)
 {
     (void)state;
@@ -69,6 +85,7 @@ static void random_changes_keep_the_invariants_and_the_answers(void **state)
         } else {
             announce_some(&m, &r);
         }
+        if (i % 50 == 49) change_most(&m, &r);
         if (i % 10) continue;
         const char *broken = tree_validate(&m.tree);
         if (broken) fail_msg("operation %d: %s", i, broken);

@@ -1,5 +1,6 @@
 /* Slices: a tick takes no more pairs than it is allowed to; what is left is pending, is said, and comes: in the end all
  * is as in a world that is not cut, for each way of finding boxes that meet and any number of workers. */
+#include "geom/compound.h"
 #include "scene.h"
 #include "world/saved.h"
 
@@ -375,6 +376,65 @@ static void no_impact_is_missed_for_a_cut(void **state)
     world_destroy(c.w);
 }
 
+/* ---- compounds: which of two equal ones is the first is found child by child, for each pair that begins ---- */
+
+enum { CHILDREN = 255, A_CHILD = 40, COMPOUND_UNITS = 2000000 };
+
+static compound *make_rake(void)
+{
+    static shape parts[CHILDREN];
+    static pose locals[CHILDREN];
+    compound *c;
+    for (int i = 0; i < CHILDREN; i++) {
+        parts[i] = (shape){.type = SHAPE_BOX, .half = {0.05, 0.1, 0.15}};
+        locals[i] = (pose){{0.05 * i, 0, 0}, {1, 0, 0, 0}};
+    }
+    assert_int_equal(compound_build(parts, locals, CHILDREN, &c), COMPOUND_OK);
+    return c;
+}
+
+static void put_rakes(world *w, const compound *rake, int from, int to)
+{
+    world_shape one = {.shape = {.type = SHAPE_COMPOUND, .compound = rake}, .local = POSE_IDENTITY};
+    for (int i = from; i < to; i++) {
+        char name[16];
+        uint32_t id = WORLD_NONE;
+        snprintf(name, sizeof name, "rake %d", i);
+        world_body def = {.name = name,
+            .group = "",
+            .owner = 1,
+            .category = 1,
+            .mask = UINT64_MAX,
+            .pose = POSE_IDENTITY,
+            .shapes = &one,
+            .shape_count = 1};
+        assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
+    }
+}
+
+/* Some, and then as many as would have been taken in one tick. */
+static void no_tick_puts_more_compounds_in_order_than_it_pays_for(void **state)
+{
+    enum { SOME = 60, ALL = 85 };
+    (void)state;
+    crowd c;
+    compound *rake = make_rake();
+    set_up(&c, COMPOUND_UNITS, 1, BROAD_AUTO);
+    size_t before = 0;
+    for (int there = SOME, from = 0, now = 1; from < ALL; from = there, there = ALL) {
+        put_rakes(c.w, rake, from, there);
+        for (size_t pairs = (size_t)there * (size_t)(there - 1) / 2; before < pairs; now++) {
+            world_batches batches;
+            world_tick(c.w, now, &batches);
+            assert_in_range(world_get_figures(c.w).pairs - before, 0, 2 * COMPOUND_UNITS / (A_CHILD * CHILDREN));
+            before = world_get_figures(c.w).pairs;
+            assert_true(now < 10000);
+        }
+    }
+    world_destroy(c.w);
+    compound_destroy(rake);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -386,6 +446,7 @@ int main(void)
         cmocka_unit_test(what_changes_meanwhile_is_kept),
         cmocka_unit_test(what_was_there_once_changes_nothing),
         cmocka_unit_test(no_impact_is_missed_for_a_cut),
+        cmocka_unit_test(no_tick_puts_more_compounds_in_order_than_it_pays_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
