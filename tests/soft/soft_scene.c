@@ -297,12 +297,17 @@ static char *read_text(const soft_truth *t, const char *rest)
     return text;
 }
 
+typedef struct soft_listed { /* of the pairs of numbers in the lists those that are true */
+    uint32_t (*at)[2];
+    size_t count;
+} soft_listed;
+
 static const char *after(const char *text, const char *set) /* past what is of this set of characters */
 {
     return text + strspn(text, set);
 }
 
-soft_listed soft_truth_read(const soft_truth *t, soft_kind kind)
+static soft_listed read_lists(const soft_truth *t, soft_kind kind)
 {
     char *pairs = read_text(t, kind == SOFT_EDGE_EDGE ? "ee.json" : "vf.json");
     char *truths = read_text(t, kind == SOFT_EDGE_EDGE ? "ee_mma_bool.json" : "vf_mma_bool.json");
@@ -320,4 +325,79 @@ soft_listed soft_truth_read(const soft_truth *t, soft_kind kind)
     if (*p || *b) refuse("lists of different lengths");
     free(pairs), free(truths);
     return list;
+}
+
+static int compare_keys(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void require(bool holds)
+{
+    if (!holds) refuse("a number in a list names no feature");
+}
+
+/* The lists number vertices, then edges, then faces; edges in the order of (greater, lesser) vertex, as libigl has them.
+ * By that number: ours. */
+static uint32_t *edge_numbers(const soft_mesh *m)
+{
+    size_t n = soft_mesh_edge_count(m);
+    uint64_t *keys = calloc(n, sizeof *keys);
+    uint32_t *ours = calloc(n, sizeof *ours), ends[2];
+    if (!keys || !ours) abort();
+    for (uint32_t e = 0; e < n; e++) {
+        soft_mesh_edge(m, e, ends);
+        keys[e] = (uint64_t)ends[1] << 32 | ends[0];
+    }
+    uint64_t *sorted = malloc(n * sizeof *sorted);
+    if (!sorted) abort();
+    memcpy(sorted, keys, n * sizeof *sorted);
+    qsort(sorted, n, sizeof *sorted, compare_keys);
+    for (uint32_t e = 0; e < n; e++) {
+        const uint64_t *at = bsearch(&keys[e], sorted, n, sizeof *sorted, compare_keys);
+        ours[at - sorted] = e;
+    }
+    free(keys), free(sorted);
+    return ours;
+}
+
+/* Pairs of a list as keys of ours, sorted. */
+static uint64_t *keys_of_faces(const soft_mesh *m, const soft_listed *truth)
+{
+    size_t before = soft_mesh_vertex_count(m) + soft_mesh_edge_count(m);
+    uint64_t *keys = get(truth->count + 1, sizeof *keys);
+    for (size_t i = 0; i < truth->count; i++) {
+        uint32_t v = truth->at[i][0], f = truth->at[i][1];
+        if (v > f) v = f, f = truth->at[i][0];
+        require(v < soft_mesh_vertex_count(m) && f >= before && f - before < soft_mesh_triangle_count(m));
+        keys[i] = (uint64_t)v << 32 | (uint32_t)(f - before);
+    }
+    qsort(keys, truth->count, sizeof *keys, compare_keys);
+    return keys;
+}
+
+static uint64_t *keys_of_edges(const soft_mesh *m, const soft_listed *truth)
+{
+    size_t before = soft_mesh_vertex_count(m);
+    uint32_t *number = edge_numbers(m);
+    uint64_t *keys = get(truth->count + 1, sizeof *keys);
+    for (size_t i = 0; i < truth->count; i++) {
+        size_t a = truth->at[i][0] - before, b = truth->at[i][1] - before;
+        require(a < soft_mesh_edge_count(m) && b < soft_mesh_edge_count(m));
+        uint32_t x = number[a], y = number[b];
+        keys[i] = x < y ? (uint64_t)x << 32 | y : (uint64_t)y << 32 | x;
+    }
+    qsort(keys, truth->count, sizeof *keys, compare_keys);
+    free(number);
+    return keys;
+}
+
+uint64_t *soft_truth_read(const soft_truth *t, const soft_mesh *m, soft_kind kind, size_t *count)
+{
+    soft_listed list = read_lists(t, kind);
+    uint64_t *keys = kind == SOFT_EDGE_EDGE ? keys_of_edges(m, &list) : keys_of_faces(m, &list);
+    *count = list.count;
+    free(list.at);
+    return keys;
 }

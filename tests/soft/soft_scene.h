@@ -45,11 +45,7 @@ extern const soft_truth SOFT_TRUTH[SOFT_TRUTHS];
 /* False: it is not there. A file that is damaged aborts. */
 bool soft_scene_read(const soft_truth *t, soft_scene *out);
 
-/* The contacts of the lists that are true, as pairs of numbers (vertices, then edges, then faces); owned by the caller. */
-typedef struct soft_listed {
-    uint32_t (*at)[2];
-    size_t count;
-} soft_listed;
-soft_listed soft_truth_read(const soft_truth *t, soft_kind kind);
+/* The contacts of the lists that are true: keys of our numbers (a << 32 | b), ascending; owned by the caller. */
+uint64_t *soft_truth_read(const soft_truth *t, const soft_mesh *m, soft_kind kind, size_t *count);
 
 #endif
