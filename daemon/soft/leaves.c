@@ -23,14 +23,21 @@ LANES_INLINE singles same(float x)
     return (singles){x, x, x, x, x, x, x, x};
 }
 
+/* One box in memory: so many floats from one side to the next, and from one axis to the next. */
+typedef struct one_box {
+    const float *at;
+    int side, axis;
+} one_box;
+
 /* Bit k: box k of the block is not apart from the one. */
-LANES_INLINE unsigned meeting(const soft_lanes *b, const soft_box *one)
+LANES_INLINE unsigned meeting(const soft_lanes *b, one_box one)
 {
     words apart = {0};
     singles zero = same(0);
     for (int axis = 0; axis < 3; axis++) {
-        singles low_start = same(one->at[SOFT_LOW_START][axis]), low_end = same(one->at[SOFT_LOW_END][axis]);
-        singles high_start = same(one->at[SOFT_HIGH_START][axis]), high_end = same(one->at[SOFT_HIGH_END][axis]);
+        const float *at = one.at + axis * one.axis;
+        singles low_start = same(at[SOFT_LOW_START * one.side]), low_end = same(at[SOFT_LOW_END * one.side]);
+        singles high_start = same(at[SOFT_HIGH_START * one.side]), high_end = same(at[SOFT_HIGH_END * one.side]);
         apart |= (side_of(b, SOFT_LOW_START, axis) + high_start > zero) &
                  (side_of(b, SOFT_LOW_END, axis) + high_end > zero);
         apart |= (low_start + side_of(b, SOFT_HIGH_START, axis) > zero) &
@@ -39,12 +46,34 @@ LANES_INLINE unsigned meeting(const soft_lanes *b, const soft_box *one)
     return ~words_bits(apart) & 0xff;
 }
 
-LANES_INLINE soft_box box_of_lane(const soft_lanes *b, int lane)
+LANES_INLINE one_box box_of_lane(const soft_lanes *b, int lane)
 {
-    soft_box box;
-    for (int side = 0; side < SOFT_SIDES; side++)
-        box.at[side] = (four_singles){b->at[side * 3][lane], b->at[side * 3 + 1][lane], b->at[side * 3 + 2][lane], 0};
-    return box;
+    return (one_box){&b->at[0][lane], 3 * SOFT_LANES, SOFT_LANES};
+}
+
+LANES_INLINE one_box box_of_node(const soft_box *b)
+{
+    return (one_box){(const float *)&b->at[0], 4, 1};
+}
+
+LANES_INLINE words names_of(const soft_block *b, int corner)
+{
+    return *(const words_anywhere *)b->vertex[corner];
+}
+
+LANES_INLINE words all_words(uint32_t x)
+{
+    int32_t w = (int32_t)x;
+    return (words){w, w, w, w, w, w, w, w};
+}
+
+/* Bit k: feature k of the block has a vertex in common with the lane of the other. */
+LANES_INLINE unsigned sharing(const soft_block *b, int corners_b, const soft_block *a, int corners_a, int lane)
+{
+    words shared = {0};
+    for (int i = 0; i < corners_a; i++)
+        for (int k = 0; k < corners_b; k++) shared |= names_of(b, k) == all_words(a->vertex[i][lane]);
+    return words_bits(shared);
 }
 
 static unsigned filled(const soft_block *b)
@@ -58,8 +87,6 @@ static unsigned filled(const soft_block *b)
 
 static bool within_ring(const soft_mesh *m, uint32_t a, uint32_t b)
 {
-    if (a == b) return true;
-    if (m->ring == 0) return false;
     uint32_t first = m->near_first[a], last = m->near_first[a + 1];
     while (first < last) {
         uint32_t middle = first + (last - first) / 2;
@@ -84,15 +111,13 @@ static bool near_at_rest(const soft_mesh *m, const soft_candidate *c, soft_kind 
     return lo <= m->rest_exclusion;
 }
 
+/* Beyond a common vertex, which `sharing` has seen already. */
 static bool filtered(const soft_mesh *m, const soft_candidate *c, soft_kind kind)
 {
-    const uint32_t *v = c->vertex;
-    if (kind == SOFT_EDGE_EDGE) {
-        if (within_ring(m, v[0], v[2]) || within_ring(m, v[0], v[3])) return true;
-        if (within_ring(m, v[1], v[2]) || within_ring(m, v[1], v[3])) return true;
-    } else if (within_ring(m, v[0], v[1]) || within_ring(m, v[0], v[2]) || within_ring(m, v[0], v[3])) {
-        return true;
-    }
+    int of_first = kind == SOFT_EDGE_EDGE ? 2 : 1;
+    for (int i = 0; m->ring > 0 && i < of_first; i++)
+        for (int k = of_first; k < 4; k++)
+            if (within_ring(m, c->vertex[i], c->vertex[k])) return true;
     return m->rest && near_at_rest(m, c, kind);
 }
 
@@ -111,7 +136,7 @@ LANES_INLINE void look_at(const soft_terms *t, const soft_body *b, uint32_t clus
     out->names = b->mesh->blocks + c->first[kind], out->boxes = b->boxes + c->first[kind];
     out->count = c->blocks[kind], out->any = 0;
     for (unsigned i = 0; i < out->count; i++) {
-        out->meets[i] = t->without_boxes ? filled(&out->names[i]) : meeting(&out->boxes[i], other);
+        out->meets[i] = t->without_boxes ? filled(&out->names[i]) : meeting(&out->boxes[i], box_of_node(other));
         out->any |= out->meets[i];
     }
 }
@@ -149,11 +174,12 @@ LANES_INLINE void edges_with_edges(
     for (unsigned i = 0; i < a->count; i++)
         for (unsigned left = a->meets[i]; left; left &= left - 1) {
             int lane = __builtin_ctz(left);
-            soft_box box = box_of_lane(&a->boxes[i], lane);
+            one_box box = box_of_lane(&a->boxes[i], lane);
             for (unsigned k = triangular ? i : 0; k < b->count; k++) {
                 unsigned hits = b->meets[k];
                 if (triangular && k == i) hits &= ~((2u << lane) - 1);
-                if (hits && !t->without_boxes) hits &= meeting(&b->boxes[k], &box);
+                if (hits && !t->without_boxes) hits &= meeting(&b->boxes[k], box);
+                if (hits && t->self) hits &= ~sharing(&b->names[k], 2, &a->names[i], 2, lane);
                 for (; hits; hits &= hits - 1)
                     offer_edges(t, &a->names[i], lane, &b->names[k], __builtin_ctz(hits), out);
             }
@@ -167,10 +193,11 @@ LANES_INLINE void vertices_with_faces(
     for (unsigned i = 0; i < vertices->count; i++)
         for (unsigned left = vertices->meets[i]; left; left &= left - 1) {
             int lane = __builtin_ctz(left);
-            soft_box box = box_of_lane(&vertices->boxes[i], lane);
+            one_box box = box_of_lane(&vertices->boxes[i], lane);
             for (unsigned k = 0; k < faces->count; k++) {
                 unsigned hits = faces->meets[k];
-                if (hits && !t->without_boxes) hits &= meeting(&faces->boxes[k], &box);
+                if (hits && !t->without_boxes) hits &= meeting(&faces->boxes[k], box);
+                if (hits && t->self) hits &= ~sharing(&faces->names[k], 3, &vertices->names[i], 1, lane);
                 for (; hits; hits &= hits - 1)
                     offer_vertex(t, kind, &vertices->names[i], lane, &faces->names[k], __builtin_ctz(hits), out);
             }
