@@ -26,8 +26,9 @@
 #define VOLUME_BOUND 0x1p-45
 /* n . (x x y), |n| = 1: coordinates of the cross product off by 24 u, by sqrt(3), and 11 u of operations: 53 u. */
 #define AREA_BOUND 0x1p-46
-enum { CREEP_MAX = 1 };   /* steps from within twice POINT_BOUND of contact; each gains less than the one before */
-#define GREATEST 0x1p1000 /* differences beyond are not looked at */
+enum { CREEP_MAX = 1 };     /* steps from within twice POINT_BOUND of contact; each gains less than the one before */
+enum { VERDICT_STEPS = 2 }; /* most pairs that are free are so by then, and few that meet are found */
+#define GREATEST 0x1p1000   /* differences beyond are not looked at */
 
 typedef struct moving { /* the polygon of differences, scaled to at most 1; not cleared: only its corners are set */
     vec3 start[4], end[4];
@@ -365,13 +366,27 @@ static void tell_hit(const moving *m, double t, const nearest *n, elementary_res
     }
 }
 
-/* The volume changes its sign on the whole way, and the corners surround the origin all the time: a contact, whenever. */
-static bool meets_on_the_way(const moving *m)
+/* Halves the way towards a change of sign of the volume until the corners are proven to surround the origin all through
+ * what is left: a contact, whenever. False: not shown so, which says nothing. */
+static bool meets_on_the_way(const moving *m, double a, double *until)
 {
-    double va = volume_at(m, 0), vb = volume_at(m, 1);
+    enum { HALVINGS = 4 };
+    double b = 1, va = volume_at(m, a), vb = volume_at(m, b);
     if (!((va > VOLUME_BOUND && vb < -VOLUME_BOUND) || (va < -VOLUME_BOUND && vb > VOLUME_BOUND))) return false;
-    vec3 sum = vec_add(direction_of(face_axis(m, 0)), direction_of(face_axis(m, 1)));
-    return surrounds(m, direction_of(sum), 0, 1) || surrounds(m, direction_of(face_axis(m, 0.5)), 0, 1);
+    for (int i = 0; i < HALVINGS; i++) {
+        double middle = 0.5 * (a + b), v = volume_at(m, middle);
+        vec3 n = direction_of(face_axis(m, middle));
+        if (surrounds(m, n, a, b)) {
+            *until = b;
+            return true;
+        }
+        if (!(v > VOLUME_BOUND || v < -VOLUME_BOUND)) return false;
+        if ((v > 0) == (va > 0))
+            a = middle;
+        else
+            b = middle;
+    }
+    return false;
 }
 
 static void march(const moving *m, elementary_result *out)
@@ -379,21 +394,21 @@ static void march(const moving *m, elementary_result *out)
     double t = 0, end = m->until;
     int creeping = 0;
     *out = (elementary_result){.status = ELEMENTARY_FREE, .proof = ELEMENTARY_CERTAIN, .t_lo = end, .t_hi = end};
-    if (m->verdict && end >= 1 && meets_on_the_way(m)) {
-        out->status = ELEMENTARY_HIT, out->t_lo = 0;
-        return;
-    }
-    for (;; out->steps++) {
+    for (; t < end; out->steps++) { /* up to 1 as without an end: what is told before it depends on nothing beyond */
+        if (m->verdict && end >= 1 && out->steps == VERDICT_STEPS && meets_on_the_way(m, t, &out->t_hi)) {
+            out->status = ELEMENTARY_HIT, out->t_lo = t;
+            return;
+        }
         nearest n = nearest_at(m, t);
         vec3 axis = axis_at(m, &n, t);
         double next = reach(m, axis, t);
-        if (next >= end) return;
+        if (next >= 1) return;
         bool touching = !(distance_bound(&n) - m->separation > 2 * POINT_BOUND);
         creeping += touching;
         if (out->steps == ELEMENTARY_STEPS_MAX || creeping > CREEP_MAX) return tell_hit(m, t, &n, out);
         if (!touching) next = max_of(next, reach_turning(m, &n, axis, t));
         if (next <= t && !touching) next = reach_otherwise(m, &n, t);
-        if (next >= end) return;
+        if (next >= 1) return;
         if (!(next > t)) return tell_hit(m, t, &n, out);
         t = next;
     }

@@ -48,8 +48,8 @@ void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separat
 
 /* What a caller with many pairs asks instead. `until`, in (0, 1]: a pair that is apart at every time before it is told
  * as free, with t_lo = t_hi = until; what is told of a hit before it is, bit for bit, what is told with until = 1.
- * `verdict`: whether they meet at all is enough: where the whole way proves it at once, a certain hit is told with
- * t_lo = 0 and t_hi = 1; status is that of the full test, and proof is at least as strong. */
+ * `verdict`: whether they meet at all is enough: a certain hit may be told with a wide bracket (with until = 1 only);
+ * status is that of the full test, and proof is at least as strong. */
 typedef struct elementary_terms {
     double separation, until;
     bool verdict;

@@ -1,8 +1,8 @@
 /* leaves: which features of two clusters may meet: their boxes do, and no filter keeps them apart (a common vertex, the
  * ring of edges, the distance at rest). Eight boxes are held against one at a time. Any thread.
  *
- * Each vertex and each edge stands in one cluster, so no pair comes twice. A pair whose owners are filtered is looked at
- * like any other: filters are asked of the features, never of their triangles. */
+ * Each vertex and each edge stands in one cluster, so no pair comes twice. A pair whose owners are filtered is looked
+ * at like any other: filters are asked of the features, never of their triangles. */
 #include "elementary.h"
 #include "simd.h"
 #include "state.h"
@@ -38,10 +38,10 @@ LANES_INLINE unsigned meeting(const soft_lanes *b, one_box one)
         const float *at = one.at + axis * one.axis;
         singles low_start = same(at[SOFT_LOW_START * one.side]), low_end = same(at[SOFT_LOW_END * one.side]);
         singles high_start = same(at[SOFT_HIGH_START * one.side]), high_end = same(at[SOFT_HIGH_END * one.side]);
-        apart |= (side_of(b, SOFT_LOW_START, axis) + high_start > zero) &
-                 (side_of(b, SOFT_LOW_END, axis) + high_end > zero);
-        apart |= (low_start + side_of(b, SOFT_HIGH_START, axis) > zero) &
-                 (low_end + side_of(b, SOFT_HIGH_END, axis) > zero);
+        apart |=
+            (side_of(b, SOFT_LOW_START, axis) + high_start > zero) & (side_of(b, SOFT_LOW_END, axis) + high_end > zero);
+        apart |=
+            (low_start + side_of(b, SOFT_HIGH_START, axis) > zero) & (low_end + side_of(b, SOFT_HIGH_END, axis) > zero);
     }
     return ~words_bits(apart) & 0xff;
 }
@@ -123,14 +123,15 @@ static bool filtered(const soft_mesh *m, const soft_candidate *c, soft_kind kind
 
 /* ---- pairs of blocks ---- */
 
-typedef struct side { /* the blocks of one kind of feature in a cluster, and which of them meet the other cluster's box */
+typedef struct side { /* the blocks of one kind of feature in a cluster, and which of them meet the other cluster's box
+                       */
     const soft_block *names;
     const soft_lanes *boxes;
     unsigned count, meets[3 * SOFT_CLUSTER / SOFT_LANES], any;
 } side;
 
-LANES_INLINE void look_at(const soft_terms *t, const soft_body *b, uint32_t cluster, soft_feature kind,
-    const soft_box *other, side *out)
+LANES_INLINE void look_at(
+    const soft_terms *t, const soft_body *b, uint32_t cluster, soft_feature kind, const soft_box *other, side *out)
 {
     const soft_cluster *c = &b->mesh->clusters[cluster];
     out->names = b->mesh->blocks + c->first[kind], out->boxes = b->boxes + c->first[kind];
@@ -149,12 +150,10 @@ static void offer(const soft_terms *t, soft_kind kind, const soft_candidate *c, 
 }
 
 /* Of body a with itself the lesser edge is told first. */
-static void offer_edges(
-    const soft_terms *t, const soft_block *a, int i, const soft_block *b, int k, soft_lists *out)
+static void offer_edges(const soft_terms *t, const soft_block *a, int i, const soft_block *b, int k, soft_lists *out)
 {
     soft_candidate c = {{a->vertex[0][i], a->vertex[1][i], b->vertex[0][k], b->vertex[1][k]}, a->id[i], b->id[k]};
-    if (t->self && c.b < c.a)
-        c = (soft_candidate){{c.vertex[2], c.vertex[3], c.vertex[0], c.vertex[1]}, c.b, c.a};
+    if (t->self && c.b < c.a) c = (soft_candidate){{c.vertex[2], c.vertex[3], c.vertex[0], c.vertex[1]}, c.b, c.a};
     offer(t, SOFT_EDGE_EDGE, &c, out);
 }
 
@@ -168,8 +167,7 @@ static void offer_vertex(const soft_terms *t, soft_kind kind, const soft_block *
 }
 
 /* `triangular`: both sides are one, and each pair is wanted once. */
-LANES_INLINE void edges_with_edges(
-    const soft_terms *t, const side *a, const side *b, bool triangular, soft_lists *out)
+LANES_INLINE void edges_with_edges(const soft_terms *t, const side *a, const side *b, bool triangular, soft_lists *out)
 {
     for (unsigned i = 0; i < a->count; i++)
         for (unsigned left = a->meets[i]; left; left &= left - 1) {
@@ -204,8 +202,8 @@ LANES_INLINE void vertices_with_faces(
         }
 }
 
-LANES_INLINE void find_candidates(const soft_terms *t, uint32_t cluster_a, uint32_t cluster_b,
-    const soft_box *box_a, const soft_box *box_b, soft_lists *out)
+LANES_INLINE void find_candidates(const soft_terms *t, uint32_t cluster_a, uint32_t cluster_b, const soft_box *box_a,
+    const soft_box *box_b, soft_lists *out)
 {
     bool one = t->self && cluster_a == cluster_b;
     side edges_a, edges_b, vertices, faces;

@@ -1,5 +1,5 @@
-/* mesh: the topology of a soft mesh, built once: edges, the triangles around each vertex and beside each edge, and which
- * vertices are near by the edges between them. Any thread. */
+/* mesh: the topology of a soft mesh, built once: edges, the triangles around each vertex and beside each edge, and
+ * which vertices are near by the edges between them. Any thread. */
 #include "state.h"
 
 #include "base/array.h"
@@ -10,8 +10,8 @@
 
 const char *soft_status_name(soft_status s)
 {
-    static const char *const NAMES[] = {"ok", "more", "empty", "too_many", "out_of_range", "no_number", "body_twice",
-        "over_memory"};
+    static const char *const NAMES[] = {
+        "ok", "more", "empty", "too_many", "out_of_range", "no_number", "body_twice", "over_memory"};
     return (unsigned)s < sizeof NAMES / sizeof *NAMES ? NAMES[s] : "?";
 }
 
@@ -91,7 +91,8 @@ static uint32_t (*edges_of_triangles(soft_mesh *m))[3]
                 if (of[i][j] == of[i][k]) of[i][k] = SOFT_NONE;
             uint32_t e = of[i][k];
             if (e == SOFT_NONE) continue;
-            if (seen[e] < 2) m->beside[e][seen[e]++] = (uint32_t)i;
+            if (seen[e] < 2)
+                m->beside[e][seen[e]++] = (uint32_t)i;
             else
                 m->beside[e][0] = SOFT_NONE;
         }

@@ -1,9 +1,9 @@
-/* refit: the boxes of a body's vertices, features, clusters and nodes, from its positions at the start of a way and at a
- * share of it. All workers, each its own vertices and clusters; the tree by the caller's thread.
+/* refit: the boxes of a body's vertices, features, clusters and nodes, from its positions at the start of a way and at
+ * a share of it. All workers, each its own vertices and clusters; the tree by the caller's thread.
  *
- * Rounding, u = 2^-53. A coordinate relative to the origin is off by u of itself, one at a share of the way by 4 u of the
- * greater of both ends: the margin grows by 2^-48 of the greatest. Turning to a float and taking the margin off are off
- * by 2^-24 of the float each: 2^-22 of it, and 2^-120 for the smallest, are put on top. */
+ * Rounding, u = 2^-53. A coordinate relative to the origin is off by u of itself, one at a share of the way by 4 u of
+ * the greater of both ends: the margin grows by 2^-48 of the greatest. Turning to a float and taking the margin off are
+ * off by 2^-24 of the float each: 2^-22 of it, and 2^-120 for the smallest, are put on top. */
 #include "simd.h"
 #include "state.h"
 
@@ -104,4 +104,15 @@ void soft_refit(soft_body *b, vec3 origin, double margin, double share, workers 
         const soft_node *n = &m->nodes[i];
         if (n->left != SOFT_NONE) b->node_boxes[i] = common(b->node_boxes[n->left], &b->node_boxes[n->right]);
     }
+}
+
+bool soft_features_apart(const soft_body *first, const soft_body *second, const soft_candidate *c, soft_kind kind)
+{
+    int of_first = kind == SOFT_EDGE_EDGE ? 2 : 1;
+    soft_box boxes[2] = {soft_box_empty(), soft_box_empty()};
+    for (int i = 0; i < 4; i++) {
+        const soft_body *b = i < of_first ? first : second;
+        boxes[i >= of_first] = common(boxes[i >= of_first], &b->vertex_boxes[c->vertex[i]]);
+    }
+    return soft_boxes_apart(&boxes[0], &boxes[1]);
 }

@@ -2,12 +2,13 @@
  *
  * The corners of the polygon of differences move along lines, so a direction whose product with each corner exceeds the
  * separation and the rounding at both ends of a stretch separates all along it (elementary.c). Directions may be any:
- * six diagonals of the coordinate axes (the axes themselves the boxes have tried), the polygon's middle at both ends and
- * between, its normal at both ends and between.
+ * six diagonals of the coordinate axes (the axes themselves the boxes have tried), the polygon's middle at both ends
+ * and between, its normal at both ends and between.
  *
- * Rounding, as in elementary.c: differences are off by u of themselves, those at a share of the way by 4 u of the greater
- * end, products by u, sums of three by 2 u: together below 8 u sum |d_k| max |w_k|; 16 u of it are asked, and the sum of
- * the |w_k| taken for the greatest. |w| <= 2^101 and |d| <= 2^206, so 2^-800 is far above what underflow may lose. */
+ * Rounding, as in elementary.c: differences are off by u of themselves, those at a share of the way by 4 u of the
+ * greater end, products by u, sums of three by 2 u: together below 8 u sum |d_k| max |w_k|; 16 u of it are asked, and
+ * the sum of the |w_k| taken for the greatest. |w| <= 2^101 and |d| <= 2^206, so 2^-800 is far above what underflow may
+ * lose. */
 #include "state.h"
 
 #include "narrow/math/simd.h"
@@ -50,7 +51,8 @@ LANES_INLINE lane_mask proven(const four_polygons *p, int corners)
     lanes one = lanes_of(1), zero = lanes_of(0);
     const lanes3 *s = p->start, *e = p->end;
     lanes3 middle_start = lanes3_add(s[0], s[1]), middle_end = lanes3_add(e[0], e[1]);
-    for (int i = 2; i < corners; i++) middle_start = lanes3_add(middle_start, s[i]), middle_end = lanes3_add(middle_end, e[i]);
+    for (int i = 2; i < corners; i++)
+        middle_start = lanes3_add(middle_start, s[i]), middle_end = lanes3_add(middle_end, e[i]);
     lane_mask apart = proves(p, corners, lanes3_add(middle_start, middle_end));
     if (all_of(apart)) return apart;
     int last = corners - 1;
@@ -127,7 +129,8 @@ LANES_INLINE size_t sift_fours(soft_candidate *list, size_t count, bool edges, c
 }
 
 #define SIFT_PARAMETERS                                                                                                \
-    (soft_candidate * list, size_t count, const soft_way *first, const soft_way *second, double separation, double share)
+    (soft_candidate * list, size_t count, const soft_way *first, const soft_way *second, double separation,            \
+        double share)
 
 LANES_TWINS(LANES_WHOLE, size_t, sift_edges, sift_fours, SIFT_PARAMETERS,
     (list, count, true, first, second, separation, share));

@@ -1,16 +1,16 @@
 /* stars: flatness certificates. The triangles around a vertex, while they stay flat enough, cannot meet but where they
  * adjoin: not a vertex of one with another, nor edges of two. For separation 0 only: it says nothing of distances.
  *
- * Proof. Let V be a fixed direction, and every triangle (v, p, q) of the fan around v have N(t) . V > 0 on the whole way.
- * N(t) = (p - v) x (q - v) is quadratic in t, so positive Bernstein coefficients (at the start, mixed, at the end) suffice.
- * Projected along V, each triangle then turns around v by an angle in (0, pi); the sum of the angles of a closed fan is a
- * multiple of 2 pi, and constant, because it is continuous. If it is 2 pi at the start, which one ray from v counts, the
- * fan is star-shaped around v at all times: its projection is injective, and so it does not meet itself. The fan at a
- * border is closed by two triangles over a point that moves linearly, too; they only add to what must be flat.
- * Several fans at one vertex turn by 2 pi each, and are found out by the count.
+ * Proof. Let V be a fixed direction, and every triangle (v, p, q) of the fan around v have N(t) . V > 0 on the whole
+ * way. N(t) = (p - v) x (q - v) is quadratic in t, so positive Bernstein coefficients (at the start, mixed, at the end)
+ * suffice. Projected along V, each triangle then turns around v by an angle in (0, pi); the sum of the angles of a
+ * closed fan is a multiple of 2 pi, and constant, because it is continuous. If it is 2 pi at the start, which one ray
+ * from v counts, the fan is star-shaped around v at all times: its projection is injective, and so it does not meet
+ * itself. The fan at a border is closed by two triangles over a point that moves linearly, too; they only add to what
+ * must be flat. Several fans at one vertex turn by 2 pi each, and are found out by the count.
  *
- * Rounding, u = 2^-53. For |d| <= 1 in each coordinate, and edges e, f with coordinates of at most E and F, each off by u
- * of itself: (e x f) . d is off by less than 40 u E F; 128 u are asked, and 2^-800 for underflow. The ray: a height
+ * Rounding, u = 2^-53. For |d| <= 1 in each coordinate, and edges e, f with coordinates of at most E and F, each off by
+ * u of itself: (e x f) . d is off by less than 40 u E F; 128 u are asked, and 2^-800 for underflow. The ray: a height
  * (p - v) . Y is off by less than 24 u E, Y not being quite orthogonal to V; one within 128 u E of 0 tells nothing, and
  * refuses. */
 #include "state.h"
@@ -70,7 +70,8 @@ static bool fan_ends(const fan *f, uint32_t *begin, uint32_t *end)
     return true;
 }
 
-/* Opposite of the middle of the fan, as seen from v. Any point that moves linearly serves: these two numbers are one. */
+/* Opposite of the middle of the fan, as seen from v. Any point that moves linearly serves: these two numbers are one.
+ */
 static soft_way closing_point(const fan *f, const soft_way *v)
 {
     vec3 start = VEC_ZERO, end = VEC_ZERO;

@@ -23,7 +23,7 @@ typedef struct soft_lanes { /* eight boxes, [side * 3 + axis]; an empty place is
     float at[SOFT_SIDES * 3][SOFT_LANES];
 } soft_lanes;
 
-typedef struct soft_block { /* the features of these boxes; SOFT_NONE: an empty place */
+typedef struct soft_block {                         /* the features of these boxes; SOFT_NONE: an empty place */
     uint32_t id[SOFT_LANES], vertex[3][SOFT_LANES]; /* of an edge and a vertex the last ones repeat */
 } soft_block;
 
@@ -62,7 +62,7 @@ struct soft_body {
     const soft_mesh *mesh;
     soft_way *ways;
     soft_box *vertex_boxes, *node_boxes;
-    soft_lanes *boxes; /* by block */
+    soft_lanes *boxes;    /* by block */
     vec3 lowest, highest; /* of all positions */
 };
 
@@ -100,16 +100,20 @@ typedef struct soft_terms { /* what holds for all clusters of a pair of bodies *
 /* All pairs of features of two leaves whose boxes meet and which the filters let through. */
 void soft_find_candidates(const soft_terms *t, uint32_t node_a, uint32_t node_b, soft_lists *out);
 
+/* Are the boxes of two features apart? `first` has the candidate's first points. (refit.c) */
+bool soft_features_apart(const soft_body *first, const soft_body *second, const soft_candidate *c, soft_kind kind);
+
 /* ---- sift.c ---- */
 
-/* Leaves out those that one of a few directions proves to be farther apart than the separation up to `share` of the way;
- * returns how many stay, in order. */
+/* Leaves out those that one of a few directions proves to be farther apart than the separation up to `share` of the
+ * way; returns how many stay, in order. */
 size_t soft_sift(soft_candidate *list, size_t count, soft_kind kind, const soft_way *a, const soft_way *b,
     double separation, double share);
 
 /* ---- stars.c ---- */
 
-/* Is the star of this vertex flat enough on the whole way, so that no two of its triangles meet but where they adjoin? */
+/* Is the star of this vertex flat enough on the whole way, so that no two of its triangles meet but where they adjoin?
+ */
 bool soft_star_is_flat(const soft_mesh *m, const soft_way *ways, uint32_t vertex);
 
 /* Do both features of the candidate lie in one flat star? `known`: by vertex, 0 = not looked at, 1 = flat, 2 = not. */
@@ -129,10 +133,10 @@ LANES_INLINE bool soft_boxes_apart(const soft_box *a, const soft_box *b)
 {
     typedef int32_t four_words __attribute__((vector_size(16)));
     four_singles zero = {0, 0, 0, 0};
-    four_words above = (a->at[SOFT_LOW_START] + b->at[SOFT_HIGH_START] > zero) &
-                       (a->at[SOFT_LOW_END] + b->at[SOFT_HIGH_END] > zero);
-    four_words below = (b->at[SOFT_LOW_START] + a->at[SOFT_HIGH_START] > zero) &
-                       (b->at[SOFT_LOW_END] + a->at[SOFT_HIGH_END] > zero);
+    four_words above =
+        (a->at[SOFT_LOW_START] + b->at[SOFT_HIGH_START] > zero) & (a->at[SOFT_LOW_END] + b->at[SOFT_HIGH_END] > zero);
+    four_words below =
+        (b->at[SOFT_LOW_START] + a->at[SOFT_HIGH_START] > zero) & (b->at[SOFT_LOW_END] + a->at[SOFT_HIGH_END] > zero);
     four_words apart = above | below;
     return (apart[0] | apart[1] | apart[2]) != 0;
 }

@@ -1,8 +1,8 @@
 /* step: from the ways of bodies to contacts and the safe step, in rounds. The caller's thread descends the trees, two
- * nodes at a time, until a round of leaf pairs is together; the workers look at these: candidates (leaves.c), those that
- * a direction proves free (sift.c) or a flat star (stars.c), and the elementary tests; the caller takes in what they
- * found. How long a round is, what it costs and when the step stops follow from counts, and all that is found in a round
- * is put in order before it is told: so nothing depends on who did what.
+ * nodes at a time, until a round of leaf pairs is together; the workers look at these: candidates (leaves.c), those
+ * that a direction proves free (sift.c) or a flat star (stars.c), and the elementary tests; the caller takes in what
+ * they found. How long a round is, what it costs and when the step stops follow from counts, and all that is found in a
+ * round is put in order before it is told: so nothing depends on who did what.
  *
  * Where the safe step is all that is wanted, only what comes before the earliest contact of the rounds before is looked
  * for, and the boxes are made anew for the shorter way whenever it has halved. */
@@ -18,8 +18,8 @@
 #include <string.h>
 
 enum {
-    ROUND_FIRST = 64,   /* leaf pairs: few at first, so that the way is soon shorter */
-    ROUND_MOST = 1024,  /* some 3 ms; of crumpled noise 850 contacts each, 20 MB a round */
+    ROUND_FIRST = 64,  /* leaf pairs: few at first, so that the way is soon shorter */
+    ROUND_MOST = 1024, /* some 3 ms; of crumpled noise 850 contacts each, 20 MB a round */
     ROUND_NODES = 1 << 16,
     CHUNK = 16,
     UNITS_LEAF_PAIR = 20, /* of some 10 ns */
@@ -64,11 +64,11 @@ struct soft_step {
         size_t capacity;
     } stars;
     vec3 origin;
-    double share; /* of the way, which the boxes span */
+    double share;       /* of the way, which the boxes span */
     size_t round, pair; /* the pair that is looked at, or pair_count */
     soft_terms terms;
     elementary_terms ask;
-    bool use_stars;
+    bool stars_apply; /* to a body with itself, at separation 0 */
     ARRAY(node_pair) stack, leaves;
     soft_contacts contacts, scratch;
     soft_work work;
@@ -139,7 +139,7 @@ static void tell(one_worker *w, const soft_candidate *c, soft_kind kind, const e
     const soft_step *s = w->step;
     soft_contact contact = {.pair = (uint32_t)s->pair, .a = c->a, .b = c->b, .kind = (uint8_t)kind};
     contact.t_lo = single_below(r->t_lo), contact.t_hi = single_above(r->t_hi);
-    contact.proof = r->proof == ELEMENTARY_CERTAIN ? SOFT_CERTAIN
+    contact.proof = r->proof == ELEMENTARY_CERTAIN  ? SOFT_CERTAIN
                     : r->proof == ELEMENTARY_WITHIN ? SOFT_WITHIN
                                                     : SOFT_UNDECIDED;
     take_earliest(&w->first, &(earliest){contact, r->t_lo, r->t_hi, true});
@@ -148,6 +148,27 @@ static void tell(one_worker *w, const soft_candidate *c, soft_kind kind, const e
     w->tally.within += contact.proof == SOFT_WITHIN;
     w->tally.undecided += contact.proof == SOFT_UNDECIDED;
     array_push(&w->found, contact);
+}
+
+static _Atomic uint8_t *stars_of(const soft_step *s) /* of the pair's body, which is with itself */
+{
+    return s->stars.at + s->stars_first.at[s->def.pairs[s->pair].a];
+}
+
+/* Of what rounding cannot tell from a contact a layer may prove that it is none. Where it was left out it is asked now,
+ * so that the contacts are the same. (What is certain no layer disputes.) */
+static bool left_out_layer_proves(const soft_step *s, const soft_candidate *c, soft_kind kind)
+{
+    const soft_body *a = s->terms.a, *b = s->terms.b;
+    if (s->def.without & (SOFT_WITHOUT_HIERARCHY | SOFT_WITHOUT_BOXES) &&
+        (kind == SOFT_FACE_VERTEX ? soft_features_apart(b, a, c, kind) : soft_features_apart(a, b, c, kind)))
+        return true;
+    soft_candidate one = *c;
+    if (s->def.without & SOFT_WITHOUT_DIRECTIONS &&
+        soft_sift(&one, 1, kind, a->ways, b->ways, s->ask.separation, s->ask.until) == 0)
+        return true;
+    return s->def.without & SOFT_WITHOUT_STARS && s->stars_apply &&
+           soft_in_flat_star(a->mesh, a->ways, c, kind, stars_of(s));
 }
 
 static void test(one_worker *w, const soft_candidate *c, soft_kind kind)
@@ -163,7 +184,9 @@ static void test(one_worker *w, const soft_candidate *c, soft_kind kind)
     elementary_result r;
     (kind == SOFT_EDGE_EDGE ? elementary_edge_edge_on : elementary_vertex_face_on)(start, end, &s->ask, &r);
     w->work.tests++, w->work.steps += (uint64_t)r.steps;
-    if (r.status == ELEMENTARY_HIT) tell(w, c, kind, &r);
+    if (r.status == ELEMENTARY_FREE) return;
+    if (r.proof != ELEMENTARY_CERTAIN && s->def.without && left_out_layer_proves(s, c, kind)) return;
+    tell(w, c, kind, &r);
 }
 
 static void settle(soft_lists *lists, soft_kind kind, void *context)
@@ -180,7 +203,7 @@ static void settle(soft_lists *lists, soft_kind kind, void *context)
         w->work.by_direction += count - left;
         count = left;
     }
-    _Atomic uint8_t *stars = s->use_stars ? s->stars.at + s->stars_first.at[s->def.pairs[s->pair].a] : NULL;
+    _Atomic uint8_t *stars = s->stars_apply && !(s->def.without & SOFT_WITHOUT_STARS) ? stars_of(s) : NULL;
     for (size_t i = 0; i < count; i++) {
         if (stars && soft_in_flat_star(s->terms.a->mesh, a, &list[i], kind, stars))
             w->work.by_star++;
@@ -193,7 +216,8 @@ static void look_into(void *context, size_t begin, size_t end, unsigned worker)
 {
     soft_step *s = context;
     one_worker *w = &s->workers[worker];
-    for (size_t i = begin; i < end; i++) soft_find_candidates(&s->terms, s->leaves.at[i].a, s->leaves.at[i].b, &w->lists);
+    for (size_t i = begin; i < end; i++)
+        soft_find_candidates(&s->terms, s->leaves.at[i].a, s->leaves.at[i].b, &w->lists);
     for (int k = 0; k < SOFT_KINDS; k++)
         if (w->lists.count[k]) settle(&w->lists, (soft_kind)k, w);
 }
@@ -273,7 +297,7 @@ static void begin_pair(soft_step *s)
     soft_pair p = s->pairs.at[s->pair];
     s->terms = (soft_terms){s->bodies.at[p.a], s->bodies.at[p.b], p.a == p.b, s->def.without & SOFT_WITHOUT_BOXES};
     s->ask.separation = s->terms.a->mesh->half_thickness + s->terms.b->mesh->half_thickness + s->def.separation;
-    s->use_stars = s->terms.self && s->ask.separation == 0 && !(s->def.without & SOFT_WITHOUT_STARS);
+    s->stars_apply = s->terms.self && s->ask.separation == 0;
     array_push(&s->stack, ((node_pair){0, 0}));
 }
 
@@ -343,7 +367,8 @@ static void take_in(soft_step *s)
     for (unsigned i = 0; i < s->worker_count; i++) {
         one_worker *w = &s->workers[i];
         array_reserve(&s->contacts, s->contacts.count + w->found.count);
-        if (w->found.count) memcpy(s->contacts.at + s->contacts.count, w->found.at, w->found.count * sizeof *w->found.at);
+        if (w->found.count)
+            memcpy(s->contacts.at + s->contacts.count, w->found.at, w->found.count * sizeof *w->found.at);
         s->contacts.count += w->found.count;
         tally->vertex_face += w->tally.vertex_face, tally->edge_edge += w->tally.edge_edge;
         tally->within += w->tally.within, tally->undecided += w->tally.undecided;
@@ -430,7 +455,7 @@ soft_work soft_step_work(const soft_step *s)
 void soft_step_safe(const soft_step *s, double *lo, double *hi)
 {
     *lo = !s->done ? 0 : s->first.any ? s->first.t_lo : 1;
-    *hi = !s->first.any ? (s->done ? INFINITY : HI_UNKNOWN)
+    *hi = !s->first.any                            ? (s->done ? INFINITY : HI_UNKNOWN)
           : s->first.contact.proof == SOFT_CERTAIN ? s->first.t_hi
                                                    : HI_UNKNOWN;
 }

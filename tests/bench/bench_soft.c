@@ -1,9 +1,9 @@
-/* bench_soft: a step of deformable meshes with themselves, by scene and by what is asked: verdicts, brackets of time, or
- * the safe step alone. Made cloths, calm and violent, frame by frame; whole published frames (COLLIDED_SHARED) against
- * their exact truth. Processor time of one thread, of soft_step_begin (which makes the boxes anew) and soft_step_run.
- * `missed` and `extra`: contacts that are not, and that are beyond those of the truth; of a made cloth those of a run
- * without boxes of features, directions and stars. `within`: not told from contact by rounding. --bodies N: cells a side
- * of the cloth alone. */
+/* bench_soft: a step of deformable meshes with themselves, by scene and by what is asked: verdicts, brackets of time,
+ * or the safe step alone. Made cloths, calm and violent, frame by frame; whole published frames (COLLIDED_SHARED)
+ * against their exact truth. Processor time of one thread, of soft_step_begin (which makes the boxes anew) and
+ * soft_step_run. `missed` and `extra`: contacts that are not, and that are beyond those of the truth; of a made cloth
+ * those of a run without boxes of features, directions and stars. `within`: not told from contact by rounding. --bodies
+ * N: cells a side of the cloth alone. */
 #include "bench.h"
 
 #include "soft/soft.h"
@@ -36,7 +36,9 @@ static stage set_stage(const soft_scene *s)
 {
     soft_status status;
     stage g;
-    soft_mesh_def def = {.rest = s->start, .vertex_count = s->vertex_count, .triangles = s->triangles,
+    soft_mesh_def def = {.rest = s->start,
+        .vertex_count = s->vertex_count,
+        .triangles = s->triangles,
         .triangle_count = s->triangle_count};
     g.mesh = soft_mesh_create(&def, &status);
     if (!g.mesh) abort();
@@ -52,8 +54,13 @@ static void strike(stage *g)
 
 static int64_t take(stage *g, const soft_scene *s, soft_want want, unsigned without)
 {
-    soft_step_def def = {.bodies = &g->body, .body_count = 1, .pairs = &(soft_pair){0, 0}, .pair_count = 1, .want = want,
-        .contacts_max = CONTACTS_MOST, .without = without};
+    soft_step_def def = {.bodies = &g->body,
+        .body_count = 1,
+        .pairs = &(soft_pair){0, 0},
+        .pair_count = 1,
+        .want = want,
+        .contacts_max = CONTACTS_MOST,
+        .without = without};
     if (soft_body_set(g->body, s->start, s->end) != SOFT_OK) abort();
     int64_t start = cpu_ns();
     if (soft_step_begin(g->step, &def) != SOFT_OK || soft_step_run(g->step, 0) != SOFT_OK) abort();
@@ -89,7 +96,8 @@ static void compare(const uint64_t *truth, size_t true_count, const soft_step *s
     free(found);
 }
 
-static void tell(const char *scene, const char *asked, const stage *g, bench_samples *times, const score *s, size_t frames)
+static void tell(
+    const char *scene, const char *asked, const stage *g, bench_samples *times, const score *s, size_t frames)
 {
     double median = 1e-3 * bench_percentile_us(times, 0.5), p99 = 1e-3 * bench_percentile_us(times, 0.99);
     size_t triangles = soft_mesh_triangle_count(g->mesh);

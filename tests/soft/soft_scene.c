@@ -61,7 +61,7 @@ static vec3 jolt(uint64_t *seed, double by)
 static soft_scene crumpled(uint64_t *seed, size_t side)
 {
     soft_scene s = sheet(side, side, false);
-    double by = prng_in(seed, 0.1, 1.2);
+    double by = prng_in(seed, 0.4, 1.4);
     for (size_t i = 0; i < s.vertex_count; i++) {
         vec3 at = vec((double)(i % (side + 1)), (double)(i / (side + 1)), 0);
         s.start[i] = vec_add(at, jolt(seed, by));
@@ -112,8 +112,8 @@ static soft_scene sliding(uint64_t *seed, size_t side)
     vec3 by = vec(prng_in(seed, -1, 1), prng_in(seed, -1, 1), 0);
     for (size_t i = 0; i < s.triangle_count; i++)
         for (int k = 0; k < 3; k++)
-            s.triangles[i][k] = one.triangles[i % one.triangle_count][k] +
-                                (i < one.triangle_count ? 0 : (uint32_t)one.vertex_count);
+            s.triangles[i][k] =
+                one.triangles[i % one.triangle_count][k] + (i < one.triangle_count ? 0 : (uint32_t)one.vertex_count);
     for (size_t i = 0; i < s.vertex_count; i++) {
         size_t k = i % one.vertex_count;
         vec3 at = vec((double)(k % (side + 1)), (double)(k / (side + 1)), 0);
@@ -132,8 +132,8 @@ static soft_scene lattice(uint64_t *seed, size_t side)
     for (size_t i = 0; i < s.vertex_count; i++) {
         uint64_t r = prng_bits(seed);
         s.start[i] = vec((double)(i % (side + 1)), (double)(i / (side + 1)), (double)(r & 1));
-        s.end[i] = vec_add(s.start[i],
-            vec((double)(r >> 1 & 3) - 1, (double)(r >> 3 & 3) - 1, (double)(r >> 5 & 3) - 1));
+        s.end[i] =
+            vec_add(s.start[i], vec((double)(r >> 1 & 3) - 1, (double)(r >> 3 & 3) - 1, (double)(r >> 5 & 3) - 1));
     }
     return s;
 }
@@ -256,7 +256,7 @@ static void read_ply(ply *p, vec3 **at, uint32_t (**triangles)[3])
     for (size_t i = 0; i < p->faces; i++) {
         unsigned char corners;
         if (fread(&corners, 1, 1, p->file) != 1 || corners != 3) refuse("not a triangle");
-        for (int k = 0; k < 3; k++) read_number(p, &(*triangles)[i][k], sizeof (*triangles)[i][k]);
+        for (int k = 0; k < 3; k++) read_number(p, &(*triangles)[i][k], sizeof(*triangles)[i][k]);
     }
     (void)fclose(p->file);
 }
@@ -338,8 +338,8 @@ static void require(bool holds)
     if (!holds) refuse("a number in a list names no feature");
 }
 
-/* The lists number vertices, then edges, then faces; edges in the order of (greater, lesser) vertex, as libigl has them.
- * By that number: ours. */
+/* The lists number vertices, then edges, then faces; edges in the order of (greater, lesser) vertex, as libigl has
+ * them. By that number: ours. */
 static uint32_t *edge_numbers(const soft_mesh *m)
 {
     size_t n = soft_mesh_edge_count(m);

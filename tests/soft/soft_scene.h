@@ -1,5 +1,5 @@
-/* soft_scene: meshes in motion for the tests and the benchmark of soft bodies: made from a seed, or read from the shared
- * frames with their exact truth (COLLIDED_SHARED, the environment's or the build's, cases/soft). */
+/* soft_scene: meshes in motion for the tests and the benchmark of soft bodies: made from a seed, or read from the
+ * shared frames with their exact truth (COLLIDED_SHARED, the environment's or the build's, cases/soft). */
 #ifndef COLLIDED_TESTS_SOFT_SCENE_H
 #define COLLIDED_TESTS_SOFT_SCENE_H
 
@@ -16,7 +16,8 @@ void soft_scene_free(soft_scene *s);
 /* ---- made ---- */
 
 typedef enum soft_class {
-    SOFT_CRUMPLED, /* a sheet, each vertex moved at random by about an edge's length, at the start and again by the end */
+    SOFT_CRUMPLED, /* a sheet, each vertex moved at random by about an edge's length, at the start and again by the end
+                    */
     SOFT_FOLDED,   /* a sheet that folds over onto itself */
     SOFT_KNOTTED,  /* a ribbon along a closed knot that pulls tight through itself */
     SOFT_SLIDING,  /* two layers of one mesh within a plane, sliding: coplanar */
@@ -28,8 +29,8 @@ typedef enum soft_class {
 const char *soft_class_name(soft_class c);
 soft_scene soft_scene_make(soft_class c, uint64_t seed, size_t about_triangles);
 
-/* A sheet of cells x cells squares, about 1 m wide, that waves. time in s, step of dt; violence 0 = calm: it never comes
- * near itself; 1: it crumples. */
+/* A sheet of cells x cells squares, about 1 m wide, that waves. time in s, step of dt; violence 0 = calm: it never
+ * comes near itself; 1: it crumples. */
 soft_scene soft_scene_cloth(size_t cells, double time, double dt, double violence);
 
 /* ---- shared ---- */

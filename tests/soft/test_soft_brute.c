@@ -1,7 +1,7 @@
 /* Small patches on hostile structure (crumpled, folded, knotted, coplanar, on a lattice, loose) against the elementary
  * tests of all pairs of features: the same contacts with the same brackets and proofs; with each layer of culling left
- * out; for 1 to 4 workers; in pieces of any size; for a body with itself, two bodies, a thickness, and every filter. And
- * limits and bad input. COLLIDED_NIGHTLY=1: a hundred times as many frames; COLLIDED_BRIEF=1: a fifth. */
+ * out; for 1 to 4 workers; in pieces of any size; for a body with itself, two bodies, a thickness, and every filter.
+ * And limits and bad input. COLLIDED_NIGHTLY=1: a hundred times as many frames; COLLIDED_BRIEF=1: a fifth. */
 #include "soft_scene.h"
 
 #include "base/prng.h"
@@ -57,8 +57,12 @@ static void ask(found *f, const soft_scene *a, const uint32_t va[3], const soft_
     float lo = (float)r.t_lo, hi = (float)r.t_hi;
     if ((double)lo > r.t_lo) lo = nextafterf(lo, -1);
     if ((double)hi < r.t_hi) hi = nextafterf(hi, 2);
-    f->at[f->count++] = (soft_contact){.a = id_a, .b = id_b, .t_lo = lo, .t_hi = hi, .kind = (uint8_t)kind,
-        .proof = (uint8_t)(r.proof == ELEMENTARY_CERTAIN ? SOFT_CERTAIN
+    f->at[f->count++] = (soft_contact){.a = id_a,
+        .b = id_b,
+        .t_lo = lo,
+        .t_hi = hi,
+        .kind = (uint8_t)kind,
+        .proof = (uint8_t)(r.proof == ELEMENTARY_CERTAIN  ? SOFT_CERTAIN
                            : r.proof == ELEMENTARY_WITHIN ? SOFT_WITHIN
                                                           : SOFT_UNDECIDED)};
     if (r.t_lo < f->t_lo) f->t_lo = r.t_lo;
@@ -160,8 +164,12 @@ static thing make(soft_scene scene, const terms *t)
 {
     soft_status status;
     thing it = {.scene = scene};
-    soft_mesh_def def = {.rest = scene.start, .vertex_count = scene.vertex_count, .triangles = scene.triangles,
-        .triangle_count = scene.triangle_count, .half_thickness = t->half_thickness, .ring = t->ring,
+    soft_mesh_def def = {.rest = scene.start,
+        .vertex_count = scene.vertex_count,
+        .triangles = scene.triangles,
+        .triangle_count = scene.triangle_count,
+        .half_thickness = t->half_thickness,
+        .ring = t->ring,
         .rest_exclusion = t->rest_exclusion};
     it.mesh = soft_mesh_create(&def, &status);
     assert_int_equal(status, SOFT_OK);
@@ -181,8 +189,14 @@ static soft_step *run(const thing *things, size_t count, soft_pair pair, soft_wa
     soft_body *bodies[2];
     for (size_t i = 0; i < count; i++) bodies[i] = things[i].body;
     soft_step *step = soft_step_create(pool);
-    soft_step_def def = {.bodies = bodies, .body_count = count, .pairs = &pair, .pair_count = 1, .want = want,
-        .contacts_max = CONTACTS_MOST, .without = without, .separation = separation};
+    soft_step_def def = {.bodies = bodies,
+        .body_count = count,
+        .pairs = &pair,
+        .pair_count = 1,
+        .want = want,
+        .contacts_max = CONTACTS_MOST,
+        .without = without,
+        .separation = separation};
     assert_int_equal(soft_step_begin(step, &def), SOFT_OK);
     soft_status status;
     while ((status = soft_step_run(step, units)) == SOFT_MORE) {
@@ -194,16 +208,20 @@ static soft_step *run(const thing *things, size_t count, soft_pair pair, soft_wa
     return step;
 }
 
+/* The same contacts, but for those within rounding, which a box or a direction may prove to be none. */
 static void compare(const soft_step *step, const found *truth, const char *what)
 {
-    size_t count;
+    size_t count, k = 0;
     const soft_contact *c = soft_step_contacts(step, &count);
     const soft_tally *tally = soft_step_tallies(step);
-    if (count != truth->count) fail_msg("%s: %zu contacts, all pairs have %zu", what, count, truth->count);
-    for (size_t i = 0; i < count; i++)
-        if (memcmp(&c[i], &truth->at[i], sizeof c[i]) != 0)
-            fail_msg("%s: contact %zu: kind %u, %u and %u; all pairs: %u, %u and %u", what, i, c[i].kind, c[i].a, c[i].b,
-                truth->at[i].kind, truth->at[i].a, truth->at[i].b);
+    for (size_t i = 0; i < truth->count; i++) {
+        const soft_contact *t = &truth->at[i];
+        if (k < count && memcmp(&c[k], t, sizeof *t) == 0)
+            k++;
+        else if (t->proof == SOFT_CERTAIN)
+            fail_msg("%s: contact %zu, kind %u, %u and %u, is not told", what, i, t->kind, t->a, t->b);
+    }
+    if (k != count) fail_msg("%s: contact %zu, kind %u, %u and %u, is none", what, k, c[k].kind, c[k].a, c[k].b);
     assert_int_equal(tally->vertex_face + tally->edge_edge, count);
     assert_int_equal(tally->left_out, 0);
 }
@@ -211,17 +229,30 @@ static void compare(const soft_step *step, const found *truth, const char *what)
 static void check_safe(const soft_step *step, const found *truth)
 {
     double lo, hi;
+    bool any_within = false;
+    for (size_t i = 0; i < truth->count; i++) any_within |= truth->at[i].proof != SOFT_CERTAIN;
     soft_step_safe(step, &lo, &hi);
-    assert_true(lo == truth->t_lo);
+    assert_true(lo == truth->t_lo || (any_within && lo > truth->t_lo));
     assert_true(truth->count ? hi >= lo : isinf(hi));
+}
+
+/* Nothing that is left out of the culling changes a bit of what is told. */
+static void same_as(const soft_step *a, const soft_step *b)
+{
+    size_t count_a, count_b;
+    const soft_contact *x = soft_step_contacts(a, &count_a), *y = soft_step_contacts(b, &count_b);
+    assert_int_equal(count_a, count_b);
+    assert_memory_equal(x, y, count_a * sizeof *x);
 }
 
 static void all_ways(const thing *things, size_t count, soft_pair pair, const terms *t, const found *truth,
     const found *verdicts, uint64_t seed)
 {
+    soft_step *all = run(things, count, pair, SOFT_BRACKETS, 0, NULL, 0, t->separation);
     for (unsigned without = 0; without < 32; without += without < 16 ? 1 : 15) {
         soft_step *step = run(things, count, pair, SOFT_BRACKETS, without, NULL, 0, t->separation);
         compare(step, truth, "a layer left out");
+        same_as(step, all);
         check_safe(step, truth);
         soft_step_destroy(step);
         step = run(things, count, pair, SOFT_SAFE_STEP, without, NULL, 0, t->separation);
@@ -232,6 +263,7 @@ static void all_ways(const thing *things, size_t count, soft_pair pair, const te
         workers *pool = workers_create(n);
         soft_step *step = run(things, count, pair, SOFT_BRACKETS, 0, pool, 1 + prng_bits(&seed) % 20000, t->separation);
         compare(step, truth, "in pieces, by workers");
+        same_as(step, all);
         soft_step_destroy(step);
         step = run(things, count, pair, SOFT_VERDICTS, 0, pool, 0, t->separation);
         compare(step, verdicts, "verdicts");
@@ -240,6 +272,7 @@ static void all_ways(const thing *things, size_t count, soft_pair pair, const te
         check_safe(step, truth);
         soft_step_destroy(step), workers_destroy(pool);
     }
+    soft_step_destroy(all);
 }
 
 static found found_create(void)
@@ -289,7 +322,8 @@ static int compare_faces(const void *a, const void *b)
 static size_t with_each_other(soft_class a, soft_class b, uint64_t seed)
 {
     terms t = {.half_thickness = seed % 2 ? 0.01 : 0};
-    thing things[2] = {make(soft_scene_make(a, seed, TRIANGLES), &t), make(soft_scene_make(b, seed + 77, TRIANGLES), &t)};
+    thing things[2] = {
+        make(soft_scene_make(a, seed, TRIANGLES), &t), make(soft_scene_make(b, seed + 77, TRIANGLES), &t)};
     const soft_scene *x = &things[0].scene, *y = &things[1].scene;
     found truth[2] = {found_create(), found_create()};
     for (int verdict = 0; verdict < 2; verdict++) {
@@ -312,8 +346,8 @@ static void self_contacts(void **state)
     (void)state;
     for (int c = 0; c < SOFT_CLASSES; c++) {
         size_t contacts = 0;
-        for (uint64_t i = 0; i < frames(5); i++) contacts += with_itself((soft_class)c, i);
-        printf("%s: %u frames, %zu contacts\n", soft_class_name((soft_class)c), frames(5), contacts);
+        for (uint64_t i = 0; i < frames(3); i++) contacts += with_itself((soft_class)c, i);
+        printf("%s: %u frames, %zu contacts\n", soft_class_name((soft_class)c), frames(3), contacts);
         assert_true(contacts > 0);
     }
 }
@@ -322,7 +356,7 @@ static void contacts_of_two(void **state)
 {
     (void)state;
     size_t contacts = 0;
-    for (uint64_t i = 0; i < frames(6); i++)
+    for (uint64_t i = 0; i < frames(4); i++)
         contacts += with_each_other((soft_class)(i % SOFT_CLASSES), (soft_class)((i / 2 + 1) % SOFT_CLASSES), i);
     assert_true(contacts > 0);
 }
@@ -340,8 +374,12 @@ static void left_out_is_counted(void **state)
     assert_true(count > 10);
     for (size_t most = 0; most <= count + 1; most += most < 3 ? 1 : count - 4) {
         soft_step *step = soft_step_create(NULL);
-        soft_step_def def = {.bodies = &it.body, .body_count = 1, .pairs = &(soft_pair){0, 0}, .pair_count = 1,
-            .want = SOFT_BRACKETS, .contacts_max = most};
+        soft_step_def def = {.bodies = &it.body,
+            .body_count = 1,
+            .pairs = &(soft_pair){0, 0},
+            .pair_count = 1,
+            .want = SOFT_BRACKETS,
+            .contacts_max = most};
         assert_int_equal(soft_step_begin(step, &def), SOFT_OK);
         assert_int_equal(soft_step_run(step, 0), SOFT_OK);
         k = soft_step_contacts(step, &kept);

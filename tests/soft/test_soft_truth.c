@@ -1,6 +1,6 @@
 /* Whole frames of published simulations against exact truth (COLLIDED_SHARED; absent: skipped, and said so): every true
- * contact is found, vertex by vertex and edge by edge; what is found beyond them is within rounding, and says so; and each
- * layer of culling, left out, gives the same contacts. */
+ * contact is found, vertex by vertex and edge by edge; what is found beyond them is within rounding, and says so; and
+ * each layer of culling, left out, gives the same contacts. */
 #include "soft_scene.h"
 
 #include <setjmp.h>
@@ -26,8 +26,13 @@ static soft_body *body_of(const soft_scene *s, soft_mesh **mesh)
 static soft_step *run(soft_body *body, workers *pool, soft_want want, unsigned without)
 {
     soft_step *step = soft_step_create(pool);
-    soft_step_def def = {.bodies = &body, .body_count = 1, .pairs = &(soft_pair){0, 0}, .pair_count = 1, .want = want,
-        .contacts_max = 10000000, .without = without};
+    soft_step_def def = {.bodies = &body,
+        .body_count = 1,
+        .pairs = &(soft_pair){0, 0},
+        .pair_count = 1,
+        .want = want,
+        .contacts_max = 10000000,
+        .without = without};
     assert_int_equal(soft_step_begin(step, &def), SOFT_OK);
     assert_int_equal(soft_step_run(step, 0), SOFT_OK);
     return step;
