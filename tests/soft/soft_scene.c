@@ -28,6 +28,12 @@ void soft_scene_free(soft_scene *s)
     *s = (soft_scene){0};
 }
 
+static double quotient(size_t a, size_t b) /* rounded down */
+{
+    size_t q = a / b;
+    return (double)q;
+}
+
 /* ---- made ---- */
 
 const char *soft_class_name(soft_class c)
@@ -63,7 +69,7 @@ static soft_scene crumpled(uint64_t *seed, size_t side)
     soft_scene s = sheet(side, side, false);
     double by = prng_in(seed, 0.4, 1.4);
     for (size_t i = 0; i < s.vertex_count; i++) {
-        vec3 at = vec((double)(i % (side + 1)), (double)(i / (side + 1)), 0);
+        vec3 at = vec((double)(i % (side + 1)), quotient(i, side + 1), 0);
         s.start[i] = vec_add(at, jolt(seed, by));
         s.end[i] = vec_add(s.start[i], jolt(seed, by));
     }
@@ -80,7 +86,7 @@ static soft_scene folded(uint64_t *seed, size_t side)
     soft_scene s = sheet(side, side, false);
     double crease = prng_in(seed, 0.3, 0.7) * (double)side, from = prng_in(seed, 1, 2.9), to = prng_in(seed, 2.9, 3.4);
     for (size_t i = 0; i < s.vertex_count; i++) {
-        double x = (double)(i % (side + 1)) - crease, y = (double)(i / (side + 1));
+        double x = (double)(i % (side + 1)) - crease, y = quotient(i, side + 1);
         s.start[i] = fold(x, y, from), s.end[i] = vec_add(fold(x, y, to), jolt(seed, 1e-3));
     }
     return s;
@@ -97,7 +103,7 @@ static soft_scene knotted(uint64_t *seed, size_t side)
     soft_scene s = sheet(wide, high, true);
     double turn = prng_in(seed, 0, 6), width = prng_in(seed, 0.2, 0.6), loose = prng_in(seed, 0.5, 1.2);
     for (size_t i = 0; i < s.vertex_count; i++) {
-        double t = 6.283185307179586 * (double)(i % wide) / (double)wide, across = (double)(i / wide) / 3 - 0.5;
+        double t = 6.283185307179586 * (double)(i % wide) / (double)wide, across = quotient(i, wide) / 3 - 0.5;
         vec3 side_way = vec_scale(vec(cos(t + turn), sin(t + turn), 1), width * across);
         s.start[i] = vec_add(on_knot(t, loose), side_way);
         s.end[i] = vec_add(on_knot(t, -0.1), vec_add(side_way, jolt(seed, 0.02)));
@@ -116,7 +122,7 @@ static soft_scene sliding(uint64_t *seed, size_t side)
                 one.triangles[i % one.triangle_count][k] + (i < one.triangle_count ? 0 : (uint32_t)one.vertex_count);
     for (size_t i = 0; i < s.vertex_count; i++) {
         size_t k = i % one.vertex_count;
-        vec3 at = vec((double)(k % (side + 1)), (double)(k / (side + 1)), 0);
+        vec3 at = vec((double)(k % (side + 1)), quotient(k, side + 1), 0);
         bool upper = i >= one.vertex_count;
         s.start[i] = upper ? vec_add(at, vec(0.3, 0.2, 0.25)) : at;
         s.end[i] = upper ? vec_add(vec_add(at, by), vec(0.3, 0.2, 0)) : at;
@@ -131,7 +137,7 @@ static soft_scene lattice(uint64_t *seed, size_t side)
     soft_scene s = sheet(side, side, false);
     for (size_t i = 0; i < s.vertex_count; i++) {
         uint64_t r = prng_bits(seed);
-        s.start[i] = vec((double)(i % (side + 1)), (double)(i / (side + 1)), (double)(r & 1));
+        s.start[i] = vec((double)(i % (side + 1)), quotient(i, side + 1), (double)(r & 1));
         s.end[i] =
             vec_add(s.start[i], vec((double)(r >> 1 & 3) - 1, (double)(r >> 3 & 3) - 1, (double)(r >> 5 & 3) - 1));
     }
@@ -177,7 +183,7 @@ soft_scene soft_scene_cloth(size_t cells, double time, double dt, double violenc
 {
     soft_scene s = sheet(cells, cells, false);
     for (size_t i = 0; i < s.vertex_count; i++) {
-        double x = (double)(i % (cells + 1)) / (double)cells, y = (double)(i / (cells + 1)) / (double)cells;
+        double x = (double)(i % (cells + 1)) / (double)cells, y = quotient(i, cells + 1) / (double)cells;
         s.start[i] = waving(x, y, time, violence), s.end[i] = waving(x, y, time + dt, violence);
     }
     return s;
@@ -215,11 +221,10 @@ static void read_header(ply *p)
 {
     char line[512];
     while (fgets(line, sizeof line, p->file)) {
-        unsigned long long n;
         if (strncmp(line, "end_header", 10) == 0) return;
         if (strstr(line, "binary_big_endian")) p->big_endian = true;
-        if (sscanf(line, "element vertex %llu", &n) == 1) p->vertices = (size_t)n;
-        if (sscanf(line, "element face %llu", &n) == 1) p->faces = (size_t)n;
+        if (strncmp(line, "element vertex ", 15) == 0) p->vertices = strtoull(line + 15, NULL, 10);
+        if (strncmp(line, "element face ", 13) == 0) p->faces = strtoull(line + 13, NULL, 10);
         if (strncmp(line, "property double x", 17) == 0) p->doubles = true;
     }
     refuse("header");
