@@ -4,9 +4,9 @@
  * clock; the table gives median and 99th percentile over the queries. --bodies N: at most N a set. One thread. */
 #include "bench.h"
 
-#include "elementary/elementary.h"
 #include "elementary/elementary_sets.h"
 #include "elementary_cubic.h"
+#include "soft/elementary.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -25,6 +25,8 @@ KEYS = {
     "pareto": ["ns_mean", "ns_p99", "missed", "false", "failed", "measured", "items"],
     "depth": ["pairs", "width_median", "width_p90", "certain", "us_median", "us_max"],
     "extremes": ["wrong", "failed"],
+    "soft": ["triangles", "ms_median", "ms_p99", "contacts", "missed", "extra", "within", "frames",
+             "bytes_per_triangle"],
     "worst": ["ms_max", "elements", "tried", "wide", "undecided"],
     "ccd": ["us_median", "us_p99", "misses", "false_hits", "late", "toi_error_max", "pairs", "hits", "failed"],
 }
@@ -115,6 +117,10 @@ def broken(name, row):
         return "ours is wrong, or told no better than to a micrometre"
     if name == "worst" and not all(row.get(key) for key in ("case", "entry", "asked", "ms_max", "elements", "tried")):
         return "no case, entry, time or size"
+    if name == "soft" and not (row.get("scene") and row.get("asked") and row.get("contender") and row["triangles"]):
+        return "no scene, contender or triangles, or not what was asked"
+    if name == "soft" and (row["missed"] or row["extra"] > row["within"]):
+        return "a contact was missed, or one is extra that is not within rounding"
     if name == "ccd" and not (row.get("scene") and row.get("contender") and row["pairs"]):
         return "no scene, contender or pairs"
     if name == "ccd" and row["contender"] == "collided" and (

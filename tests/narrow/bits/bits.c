@@ -4,7 +4,7 @@
  * It is built with the layers as they are, with the same sources unoptimised, by another compiler and for another
  * processor (other_build); the lines must be the same, and `diff` shows which types differ. Nothing is judged here. */
 #include "cases.h"
-#include "elementary/elementary.h"
+#include "soft/elementary.h"
 #include "solids.h"
 #include "toi/toi.h"
 #include "where_they_stand.h"

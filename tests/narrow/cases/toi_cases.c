@@ -2,8 +2,8 @@
 #include "toi_cases.h"
 
 #include "case_json.h"
-#include "elementary/elementary.h"
 #include "geom/mesh.h"
+#include "soft/elementary.h"
 #include "toi/toi.h"
 
 #include <stdio.h>

@@ -1,9 +1,9 @@
-/* elementary_judge: one answer of narrow/elementary held against exact arithmetic. */
+/* elementary_judge: one answer of soft/elementary.h held against exact arithmetic. */
 #ifndef COLLIDED_TESTS_ELEMENTARY_JUDGE_H
 #define COLLIDED_TESTS_ELEMENTARY_JUDGE_H
 
-#include "elementary.h"
 #include "elementary_oracle.h"
+#include "soft/elementary.h"
 
 #include <stddef.h>
 

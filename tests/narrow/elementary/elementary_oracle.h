@@ -12,7 +12,7 @@
 
 typedef enum elementary_kind { ELEMENTARY_VF, ELEMENTARY_EE } elementary_kind;
 
-typedef struct elementary_query { /* points in the order of narrow/elementary.h */
+typedef struct elementary_query { /* points in the order of soft/elementary.h */
     elementary_kind kind;
     vec3 start[4], end[4];
 } elementary_query;

@@ -10,8 +10,8 @@
  *
  * Method: the vertex meets the face, or the edges meet, when the origin lies in the polygon of their differences: three
  * or four corners, each moving along a line. See elementary.c. */
-#ifndef COLLIDED_TESTS_ELEMENTARY_ELEMENTARY_H
-#define COLLIDED_TESTS_ELEMENTARY_ELEMENTARY_H
+#ifndef COLLIDED_SOFT_ELEMENTARY_H
+#define COLLIDED_SOFT_ELEMENTARY_H
 
 #include "geom/vec.h"
 
@@ -45,5 +45,23 @@ void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separ
 
 /* start and end: the two ends of one edge, and of the other. */
 void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out);
+
+/* What a caller with many pairs asks instead. `until`, in (0, 1]: a pair that is apart at every time before it is told
+ * as free, with t_lo = t_hi = until; what is told of a hit before it is, bit for bit, what is told with until = 1.
+ * `verdict`: whether they meet at all is enough: a certain hit may be told with a wide bracket (with until = 1 only);
+ * status is that of the full test, and proof is at least as strong. */
+typedef struct elementary_terms {
+    double separation, until;
+    bool verdict;
+} elementary_terms;
+
+void elementary_vertex_face_on(
+    const vec3 start[4], const vec3 end[4], const elementary_terms *terms, elementary_result *out);
+void elementary_edge_edge_on(
+    const vec3 start[4], const vec3 end[4], const elementary_terms *terms, elementary_result *out);
+
+/* The distance at one time: lo <= it <= hi, m; lo is proven by a plane, hi by two points. lo is 0 where they touch. */
+void elementary_vertex_face_distance(const vec3 at[4], double *lo, double *hi);
+void elementary_edge_edge_distance(const vec3 at[4], double *lo, double *hi);
 
 #endif

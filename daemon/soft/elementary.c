@@ -26,14 +26,16 @@
 #define VOLUME_BOUND 0x1p-45
 /* n . (x x y), |n| = 1: coordinates of the cross product off by 24 u, by sqrt(3), and 11 u of operations: 53 u. */
 #define AREA_BOUND 0x1p-46
-enum { CREEP_MAX = 1 };   /* steps from within twice POINT_BOUND of contact; each gains less than the one before */
-#define GREATEST 0x1p1000 /* differences beyond are not looked at */
+enum { CREEP_MAX = 1 };     /* steps from within twice POINT_BOUND of contact; each gains less than the one before */
+enum { VERDICT_STEPS = 2 }; /* most pairs that are free are so by then, and few that meet are found */
+#define GREATEST 0x1p1000   /* differences beyond are not looked at */
 
 typedef struct moving { /* the polygon of differences, scaled to at most 1; not cleared: only its corners are set */
     vec3 start[4], end[4];
     int corners; /* 3, or 4 of a parallelogram, in cyclic order */
     vec3 most;   /* greatest |coordinate| on each axis */
-    double separation;
+    double separation, until;
+    bool verdict;
     bool met,
         meets;    /* corners of both are one point at the start, at the end; before scaling, which may lose a little */
     int exponent; /* lengths are in units of 2^exponent m */
@@ -364,12 +366,39 @@ static void tell_hit(const moving *m, double t, const nearest *n, elementary_res
     }
 }
 
+/* Halves the way towards a change of sign of the volume until the corners are proven to surround the origin all through
+ * what is left: a contact, whenever. False: not shown so, which says nothing. */
+static bool meets_on_the_way(const moving *m, double a, double *until)
+{
+    enum { HALVINGS = 4 };
+    double b = 1, va = volume_at(m, a), vb = volume_at(m, b);
+    if (!((va > VOLUME_BOUND && vb < -VOLUME_BOUND) || (va < -VOLUME_BOUND && vb > VOLUME_BOUND))) return false;
+    for (int i = 0; i < HALVINGS; i++) {
+        double middle = 0.5 * (a + b), v = volume_at(m, middle);
+        vec3 n = direction_of(face_axis(m, middle));
+        if (surrounds(m, n, a, b)) {
+            *until = b;
+            return true;
+        }
+        if (!(v > VOLUME_BOUND || v < -VOLUME_BOUND)) return false;
+        if ((v > 0) == (va > 0))
+            a = middle;
+        else
+            b = middle;
+    }
+    return false;
+}
+
 static void march(const moving *m, elementary_result *out)
 {
-    double t = 0;
+    double t = 0, end = m->until;
     int creeping = 0;
-    *out = (elementary_result){.status = ELEMENTARY_FREE, .proof = ELEMENTARY_CERTAIN, .t_lo = 1, .t_hi = 1};
-    for (;; out->steps++) {
+    *out = (elementary_result){.status = ELEMENTARY_FREE, .proof = ELEMENTARY_CERTAIN, .t_lo = end, .t_hi = end};
+    for (; t < end; out->steps++) { /* up to 1 as without an end: what is told before it depends on nothing beyond */
+        if (m->verdict && end >= 1 && out->steps == VERDICT_STEPS && meets_on_the_way(m, t, &out->t_hi)) {
+            out->status = ELEMENTARY_HIT, out->t_lo = t;
+            return;
+        }
         nearest n = nearest_at(m, t);
         vec3 axis = axis_at(m, &n, t);
         double next = reach(m, axis, t);
@@ -418,19 +447,16 @@ static vec3 most_of(vec3 a, vec3 b)
     return vec(max_of(a.x, fabs(b.x)), max_of(a.y, fabs(b.y)), max_of(a.z, fabs(b.z)));
 }
 
-static void answer(moving *m, double separation, elementary_result *out)
+/* Scales the polygon; false: its numbers are beyond what is looked at. */
+static bool fit(moving *m)
 {
-    m->separation = separation;
     m->met = coincident(m, m->start);
     m->meets = coincident(m, m->end);
     m->most = VEC_ZERO;
     for (int i = 0; i < m->corners; i++) m->most = most_of(most_of(m->most, m->start[i]), m->end[i]);
     m->exponent = 0;
     double most = vec_greatest(m->most);
-    if (!(separation >= 0 && most <= GREATEST)) {
-        *out = (elementary_result){.status = ELEMENTARY_HIT, .proof = ELEMENTARY_UNDECIDED, .gap = INFINITY};
-        return;
-    }
+    if (!(m->separation >= 0 && most <= GREATEST)) return false;
     if (most < 0x1p-600) { /* so that what follows is a normal power of two */
         scale(m, 0x1p600);
         m->exponent = -600;
@@ -440,37 +466,104 @@ static void answer(moving *m, double separation, elementary_result *out)
         scale(m, power_of_two(-exponent));
         m->exponent += exponent;
     }
-    march(m, out);
+    return true;
 }
 
-void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
+static void answer(moving *m, const elementary_terms *terms, elementary_result *out)
 {
-    moving m;
+    m->separation = terms->separation, m->until = terms->until, m->verdict = terms->verdict;
+    if (fit(m))
+        march(m, out);
+    else
+        *out = (elementary_result){.status = ELEMENTARY_HIT, .proof = ELEMENTARY_UNDECIDED, .gap = INFINITY};
+}
+
+static void make_vertex_face(const vec3 start[4], const vec3 end[4], moving *m)
+{
     int at[3] = {1, 2, 3};
     order(start, end, &at[0], &at[1]);
     order(start, end, &at[1], &at[2]);
     order(start, end, &at[0], &at[1]);
     for (int i = 0; i < 3; i++) {
-        m.start[i] = vec_sub(start[at[i]], start[0]);
-        m.end[i] = vec_sub(end[at[i]], end[0]);
+        m->start[i] = vec_sub(start[at[i]], start[0]);
+        m->end[i] = vec_sub(end[at[i]], end[0]);
     }
-    m.corners = 3;
-    answer(&m, separation, out);
+    m->corners = 3;
 }
 
-void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
+static void make_edge_edge(const vec3 start[4], const vec3 end[4], moving *m)
 {
     static const int AROUND[4][2] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}}; /* end of a, end of b */
-    moving m;
     int a[2] = {0, 1}, b[2] = {2, 3};
     order(start, end, &a[0], &a[1]);
     order(start, end, &b[0], &b[1]);
     bool swap = before(start, end, b[0], a[0]) || (!before(start, end, a[0], b[0]) && before(start, end, b[1], a[1]));
     for (int i = 0; i < 4; i++) {
         int from = swap ? b[AROUND[i][0]] : a[AROUND[i][0]], to = swap ? a[AROUND[i][1]] : b[AROUND[i][1]];
-        m.start[i] = vec_sub(start[to], start[from]);
-        m.end[i] = vec_sub(end[to], end[from]);
+        m->start[i] = vec_sub(start[to], start[from]);
+        m->end[i] = vec_sub(end[to], end[from]);
     }
-    m.corners = 4;
-    answer(&m, separation, out);
+    m->corners = 4;
+}
+
+void elementary_vertex_face_on(
+    const vec3 start[4], const vec3 end[4], const elementary_terms *terms, elementary_result *out)
+{
+    moving m;
+    make_vertex_face(start, end, &m);
+    answer(&m, terms, out);
+}
+
+void elementary_edge_edge_on(
+    const vec3 start[4], const vec3 end[4], const elementary_terms *terms, elementary_result *out)
+{
+    moving m;
+    make_edge_edge(start, end, &m);
+    answer(&m, terms, out);
+}
+
+void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
+{
+    elementary_vertex_face_on(start, end, &(elementary_terms){.separation = separation, .until = 1}, out);
+}
+
+void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
+{
+    elementary_edge_edge_on(start, end, &(elementary_terms){.separation = separation, .until = 1}, out);
+}
+
+/* ---- one time ---- */
+
+/* The plane across the direction of the nearest point has all corners beyond the least product. */
+static void tell_distance(moving *m, double *lo, double *hi)
+{
+    m->separation = 0;
+    *lo = 0, *hi = INFINITY;
+    if (!fit(m)) return;
+    nearest n = nearest_at(m, 0);
+    *hi = in_metres(m, distance_bound(&n)) * (1 + 0x1p-50);
+    vec3 axes[2] = {axis_at(m, &n, 0), n.point};
+    for (int k = 0; k < 2; k++) {
+        vec3 d = direction_of(axes[k]);
+        if (vec_dot(d, n.point) < 0) d = vec_neg(d);
+        double least = INFINITY;
+        for (int i = 0; i < m->corners; i++) least = min_of(least, vec_dot(d, m->start[i]));
+        least = (least - product_bound(m, d)) * (1 - 0x1p-48); /* |d| is 1, but for its rounding */
+        if (least > 0) *lo = max_of(*lo, in_metres(m, least) * (1 - 0x1p-50) - 2 * DBL_TRUE_MIN);
+    }
+    *lo = max_of(*lo, 0);
+}
+
+void elementary_vertex_face_distance(const vec3 at[4], double *lo, double *hi)
+{
+    moving m;
+    make_vertex_face(at, at, &m);
+    tell_distance(&m, lo, hi);
+}
+
+void elementary_edge_edge_distance(const vec3 at[4], double *lo, double *hi)
+{
+    moving m;
+    make_edge_edge(at, at, &m);
+    tell_distance(&m, lo, hi);
 }
