@@ -62,7 +62,7 @@ run_night() { # run_night LIMIT
     if ready "build fuzz" build_for_night fuzz "" -DCOLLIDED_FUZZ_SECONDS="$seconds"; then
         phase "fuzzers, $seconds s each, from elsewhere" run_tests fuzz "$(nproc)" -L fuzz
     fi
-    build_for_night fuzz "" -DCOLLIDED_FUZZ_SECONDS=25 >/dev/null 2>&1 || true # as script/test has it
+    build_for_night fuzz "" -DCOLLIDED_FUZZ_SECONDS=15 >/dev/null 2>&1 || true # as script/test has it
 
     printf '%s\n' $unsteady | sort -u | sed "/^$/d; s/^/$(date +%F) /" >>"$nights/unsteady"
     script/night_page --nights "$nights" --limit "$limit" --broken "$broken" "${results[@]}" >"$tonight/page.txt" || held=1
