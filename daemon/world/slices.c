@@ -495,15 +495,15 @@ static void fetch_pair_of_number(void *context, uint32_t other, uint32_t *number
 
 static void fetch_awake_ahead(world *w, size_t i)
 {
-    enum { BODIES_AHEAD = 16, SHAPES_AHEAD = 12, RECORDS_AHEAD = 8, PAIRS_AHEAD = 4 };
+    enum { BODIES_AHEAD = 16, SHAPES_AHEAD = 12, RECORDS_AHEAD = 8, PAIRS_AHEAD = 4, PAIRS_MOST = 16 };
     if (i + BODIES_AHEAD >= w->awake.count) return;
     __builtin_prefetch(&w->bodies.at[w->awake.at[i + BODIES_AHEAD]].shapes);
     const body *shapes = &w->bodies.at[w->awake.at[i + SHAPES_AHEAD]],
                *records = &w->bodies.at[w->awake.at[i + RECORDS_AHEAD]],
                *pairs = &w->bodies.at[w->awake.at[i + PAIRS_AHEAD]];
     if (shapes->shape_count) __builtin_prefetch(shapes->shapes);
-    if (records->pair_count) broad_fetch_numbers_of(w->broad, records->shapes[0]);
-    if (pairs->pair_count && pairs->pair_count <= 16)
+    if (records->shape_count) broad_fetch_numbers_of(w->broad, records->shapes[0]);
+    if (pairs->shape_count && pairs->pair_count <= PAIRS_MOST)
         broad_each_number_of(w->broad, pairs->shapes[0], fetch_pair_of_number, w);
 }
 
