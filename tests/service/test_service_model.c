@@ -818,7 +818,8 @@ static void play(model kind, long operations)
     m.steps += metric_get(m.service->count.steps);
     stop(&m, true);
     if (recorded) print_message("%zu recordings replayed, %zu steps; ", m.replayed, (size_t)m.steps);
-    assert_true(!recorded || getenv("COLLIDED_SEED") || (m.replayed > 10 && m.steps > 2));
+    bool few_steps = m.cut && paired; /* one ends in as many ticks as its slices need, often after a take-over */
+    assert_true(!recorded || getenv("COLLIDED_SEED") || (m.replayed > 10 && (few_steps || m.steps > 2)));
     if (m.cut) print_message("%zu ticks were cut, %zd contents built; ", m.cuts, (ssize_t)m.balls);
     for (int i = 0; i < DEEDS && m.cut && !getenv("COLLIDED_SEED"); i++)
         if ((i != DEED_RECORDED || recorded) && (i < DEED_JOINED || paired)) assert_true(m.cuts_with[i] > 0);
