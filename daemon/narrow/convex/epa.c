@@ -260,7 +260,7 @@ static bool grow_to_triangle(expansion *x)
     return true;
 }
 
-/* Both sides of a triangle through the origin; without room on one of them there is no depth. */
+/* Both sides of a triangle through the origin; if B - A has no extent on one of them, the depth is zero. */
 static bool start_bipyramid(expansion *x)
 {
     epa_scratch *e = x->e;

@@ -8,10 +8,10 @@
 
 /* ==== distances ==== */
 
-/* The distance of cores with rims, from where GJK has found out which way they are apart.
+/* The distance of cores with rims, once GJK has found about where they are nearest.
  *
- * GJK comes nearer to a rim by a constant factor a step. Its simplex tells on which pieces of B - A (pieces.h) the
- * nearest point is likely to be; Newton's method finds the axis that they have, a support point along it tells whether
+ * GJK comes nearer to a rim by a constant factor a step. Its simplex shows on which pieces of B - A (pieces.h) the
+ * nearest point is likely to be; Newton's method finds the axis that they have, a support point along it shows whether
  * a piece was missing. Both bounds are proved as GJK proves them: `lo` by that support point, `hi` by a point of each
  * core. */
 
@@ -80,7 +80,7 @@ void coaxial_depth(const unit_pair *p, span *s);
  * they are nearest at: features.h for bodies with rims.
  *
  * A feature is a corner, an edge or a face of a box (of a capsule: an end, or its segment), a rim, a flat end, an apex
- * or the side of a body of revolution. What a pair of features F stands for: the unit axis n along which they are
+ * or the side of a body of revolution. What a pair of features F means: the unit axis n along which they are
  * farthest apart, and the points that face each other there.
  *   - A face or a flat end: n is its normal; the other is a corner, an apex or the point of a rim.
  *   - Otherwise Newton's method finds n: every feature is one disc or two (an edge two points, a side the rims at its

@@ -66,7 +66,7 @@ bool pieces_descend(const unit_pair *p, bundle *b, view *v, double near2);
  * E and the gradient G of all but that disc. */
 typedef struct pieces_face {
     vec3 normal;
-    double height, room; /* E; r - |G| > 0 */
+    double height, margin; /* E; r - |G| > 0 */
     vec3 point_a, point_b;
 } pieces_face;
 bool pieces_find_face(const unit_pair *p, const bundle *b, vec3 near, pieces_face *out);

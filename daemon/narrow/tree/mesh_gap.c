@@ -135,7 +135,7 @@ static void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span
 /* Components that are inside of a solid, by one point of each.
  *
  * A mesh may be a hundred thousand loose triangles: where a box around many of them is nowhere near the solid's
- * surface, all of these are on one side of it, and one point tells for all. So only components near the surface,
+ * surface, all of these are on one side of it, and one point decides for all. So only components near the surface,
  * compared with how far they are from each other, are asked one by one. */
 
 #define MESH_NOT_HELD UINT32_MAX
@@ -349,7 +349,7 @@ static vec3 point_of_core(const mesh_walk *w)
     return hull ? vec_scale(hull_vertex(w->whole_a.hull, 0), w->part.scale) : VEC_ZERO;
 }
 
-/* No surface is within rounding of the other: so any one point tells for a core or a component of a mesh, and its own
+/* No surface is within rounding of the other: so any one point decides for a core or a component of a mesh, and its own
  * rounding does not matter. What is inside of a convex core crosses it: its inside is a part like its surface. */
 static void find_held(mesh_walk *w, mesh_gap *out)
 {
@@ -368,7 +368,7 @@ static void find_held(mesh_walk *w, mesh_gap *out)
 }
 
 /* Of a mesh of several components the nearest may be another than the one that is held: a point of that one is at least
- * as deep, and tells the way out. */
+ * as deep, and gives the translation out. */
 static void measure_held(const mesh_walk *w, const narrow_goal *goal, mesh_gap *out)
 {
     bool of_a = out->relation == MESH_HOLDS_A;

@@ -38,7 +38,7 @@ typedef struct mesh_seed {
     uint32_t triangle_a, triangle_b;
 } mesh_seed;
 
-/* Where the walk stands. Every triangle counts: what was not looked at was proven to be no nearer. A seed (or NULL)
+/* The state of the walk. Every triangle counts: what was not looked at was proven to be no nearer. A seed (or NULL)
  * changes the time, and not a bit of the answer. */
 void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out);
 
