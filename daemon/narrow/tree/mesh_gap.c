@@ -305,10 +305,10 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
     return true;
 }
 
-/* What a walk may cost that begins with what the pair remembers must not be a matter of that: it is not counted, and
- * only done where it is certain that a walk without it would end, too. There are few pairs of leaves, or few below the
- * boxes that are as near as the first parts that are looked at. Where that is not certain, nothing that is remembered
- * is used, and the walk is counted. (A search for a depth, or of a part of a compound, remembers nothing, and is always
+/* The effort of a walk must not depend on what the pair remembers. So a walk that begins with remembered triangles is
+ * not counted, and is only made if it is certain that a walk without them would end, too: because there are few pairs
+ * of leaves, or few below the boxes that are as near as the first parts. If that is not certain, nothing remembered is
+ * used, and the walk is counted. (A search for a depth, or for a part of a compound, remembers nothing, and is always
  * counted.) */
 static double leaves_uncounted(const mesh_walk *w)
 {
@@ -316,7 +316,7 @@ static double leaves_uncounted(const mesh_walk *w)
     return (double)EFFORT_UNCOUNTED / (EFFORT_NODES + EFFORT_LEAVES + parts);
 }
 
-/* True: it began with the seed. */
+/* Returns true if the walk began with the seed. */
 static bool mesh_gap_search(
     mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
 {
