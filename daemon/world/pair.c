@@ -457,6 +457,7 @@ uint64_t pair_activate(world *w, uint32_t id)
         return 0;
     p->active_tick = w->figures.ticks;
     array_push(&w->active_pairs, id);
+    array_push(&w->active, pair_key(p->a, p->b));
     return cheap_units(w, p) + A_WISH * (uint64_t)subscription_list(w, p).count;
 }
 
@@ -476,13 +477,10 @@ void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs)
 {
     size_t count = w->active_pairs.count;
     bool fits = 2 * of_colliders + of_pairs <= 64;
-    array_reserve(&w->active, count);
     array_reserve(&w->sort_scratch, count);
-    w->active.count = count;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t id = w->active_pairs.at[i];
-        uint64_t key = pair_key(w->pairs.at[id].a, w->pairs.at[id].b);
-        w->active.at[i] = fits ? (key >> 32 << of_colliders | (uint32_t)key) << of_pairs | id : key;
+    for (size_t i = 0; fits && i < count; i++) {
+        uint64_t key = w->active.at[i];
+        w->active.at[i] = (key >> 32 << of_colliders | (uint32_t)key) << of_pairs | w->active_pairs.at[i];
     }
     sort_keys_above(w->active.at, w->sort_scratch.at, count, fits ? of_pairs : 0);
     for (size_t i = 0; i < count; i++) {
@@ -502,7 +500,7 @@ void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs)
  * unfinished, or when its search was put off, and puts it on the list. */
 void pair_collect_active(world *w)
 {
-    w->active_pairs.count = 0;
+    w->active_pairs.count = w->active.count = 0;
     leaving_go_on(w);
     slices_take(w, impact_go_on(w));
     for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);

@@ -414,6 +414,7 @@ struct world {
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
+    ARRAY(uint32_t) told;       /* of them, those that have a result: for events.c, which reports them */
     ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
     ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
@@ -653,7 +654,7 @@ static inline bool slices_is_dear(const collider *s)
 }
 void slices_report(world *w);      /* after the tick: what is pending */
 void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
-/* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two colliders and
+/* Brings active_pairs, and their keys in w->active, into the order of these. Where the ids of two colliders and
  * of the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t collider_a, uint32_t collider_b);

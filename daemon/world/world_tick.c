@@ -140,6 +140,7 @@ void world_destroy(world *w)
     array_free(&w->active);
     array_free(&w->active_pairs);
     array_free(&w->outcomes);
+    array_free(&w->told);
     array_free(&w->open);
     array_free(&w->needs);
     array_free(&w->unfinished);
