@@ -70,6 +70,7 @@ static void transit(world *w, uint32_t id, const world_event *now, bool touches,
         events_emit(w, v->subscription, now, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
+    if (touched != (v->touch_id != 0) || was_near != (v->near_id != 0)) pair_note_reported(w, v->pair);
     if (!watch_id(v)) watch_drop(w, id);
 }
 
@@ -132,9 +133,9 @@ static inline void fetch_ahead(const world *w, const uint32_t *told, size_t n, s
     __builtin_prefetch(&w->pairs.at[w->active_pairs.at[told[n + PAIRS_AHEAD]]]);
     const pair *p = &w->pairs.at[w->active_pairs.at[told[n + SHAPES_AHEAD]]];
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    __builtin_prefetch(&a->reach);
     __builtin_prefetch(&a->world);
-    __builtin_prefetch(&b->reach);
+    __builtin_prefetch(&a->body);
+    __builtin_prefetch(&b->body);
     if (p->first_watch != WORLD_NONE) {
         __builtin_prefetch(&w->watches.at[p->first_watch], 1);
         watch_fetch_last(w, p->first_watch);

@@ -183,7 +183,7 @@ static uint64_t activate_found(world *w, uint32_t id)
     bool is_new = p->asked_epoch == 0 && p->first_watch == WORLD_NONE;
     if (!is_new || !(slices_is_dear(a) || slices_is_dear(b))) return pair_activate(w, id);
     uint64_t x = w->bodies.at[a->body].changed_tick, y = w->bodies.at[b->body].changed_tick;
-    p->active_tick = (x < y ? x : y) - 1;
+    pair_set_active_tick(p, (x < y ? x : y) - 1);
     return 0;
 }
 

@@ -153,20 +153,23 @@ _Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) =
                    offsetof(body, name) == offsetof(body, deadline_ns) + 64,
     "a line each");
 
-typedef struct collider {     /* a shape of a body: the broad phase's proxy under the same id */
-    _Alignas(64) shape shape; /* a line for this, ... */
-    double reach;             /* ... and one for all else that each tick looks at; of the shape about its own origin */
+typedef struct collider { /* a shape of a body: the broad phase's proxy under the same id */
+    /* In the world, where it was settled last: collider_pose, unless it is in a pair. A line of this and its reach
+     * about its own origin: all that most pairs are looked at for; ... */
+    _Alignas(64) pose world;
+    double reach;
+    shape shape; /* ... one for this; ... */
     uint32_t body;
-    int32_t index;            /* in the body */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
-    bool at_origin;           /* of the body, and not turned: `local` is the identity */
-    bool used, ghost;
-    bool kept;     /* as a body's */
-    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
+    int32_t index : 24;       /* in the body */
+    bool at_origin : 1;       /* of the body, and not turned: `local` is the identity */
+    bool used : 1, ghost : 1;
+    bool kept : 1; /* as a body's */
     aabb box;      /* of the shape at `world`, not fat */
     pose local;    /* in the body */
-    compound *own; /* what shape.compound is, or NULL */
 } collider;
+_Static_assert(offsetof(collider, shape) == 64 && sizeof(collider) == 256, "four lines");
+enum { SHAPES_OF_A_BODY_MOST = (1 << 23) - 1 };
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
     uint64_t filter_a, filter_b; /* body.ruling; 0: none is kept */
@@ -214,41 +217,54 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
     bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
 } standing;
 
-typedef struct pair {
-    _Alignas(64) uint32_t a; /* colliders, in canonical order: this, ... */
-    uint32_t b;              /* ... and this */
-    uint32_t first_watch;
-    uint32_t wanted;      /* index of match.lists, as of ... */
-    uint32_t edition;     /* ... match.edition; 0: of none */
-    uint32_t asked_epoch; /* of world.epoch, for which ... */
-    double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see cascade.c */
-    uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
-    double padding, margin; /* m: of its pair_terms, as is ... */
-    int8_t looks;           /* ... this */
-    bool used;
-    bool ruled, jumped; /* active: since it was so last, a filter of the two has changed; one has teleported */
-    bool lingers;       /* its boxes have parted, but somebody was told of it: no event follows from boxes */
-
-    narrow_cache cache; /* two lines more; what follows is of pairs that are bounded or swept */
-
+/* What is kept of pairs that are bounded or searched: beside them, under the same id, and memory only where there are
+ * any. Read by pair_more_of, written by pair_more_make. */
+typedef struct pair_more {
     vec3 free_axis; /* a world direction that kept it free along its predicted motion; zero: none is known */
     standing standing;
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
-    uint8_t waited;      /* ticks in a row in which the budget left it */
-    bool search_waits;   /* some of its searches were put off, ... */
-    bool swept_wait;     /* ... of swept motions, too: it is in ... */
-    uint8_t wait_list;   /* ... this one of world.waiting, ... */
+    uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
+    uint8_t wait_list;   /* while its search waits, it is in this one of world.waiting, ... */
     uint32_t wait_next, wait_before; /* ... behind and before whom */
     uint32_t search_units;           /* that the dearest of its last searches took; 0: there was none */
     uint32_t swept_from;      /* the subscription with which the searches of the tick behind this one go on: ... */
     uint64_t swept_tick;      /* ... in which its motions were searched last, while some are kept */
     uint64_t predicted_round; /* the tick in which a round of what is predicted began that ... */
     uint32_t predicted_from;  /* ... goes on with this subscription; 0: none is under way */
-    uint8_t barren;           /* searches for one in a row that were in vain: the next one comes so much later */
-    uint32_t payer;           /* of world.payers: whom it is charged to, unless it lingers */
+} pair_more;
+
+typedef struct pair {
+    _Alignas(64) uint32_t a; /* colliders, in canonical order: this, ... */
+    uint32_t b;              /* ... and this */
+    uint32_t first_watch;
+    uint32_t asked_epoch;      /* of world.epoch, for which ... */
+    double beyond;             /* ... m: proven to be farther apart than this, nobody is told of it; see cascade.c */
+    uint64_t active_tick : 56; /* in which it was last put on the active list; of one that has just begun, the one
+                                  before: pair_set_active_tick */
+    bool used : 1;
+    bool ruled : 1, jumped : 1; /* active: since it was so last, a filter of the two has changed; one has teleported */
+    bool lingers : 1;           /* its boxes have parted, but somebody was told of it: no event follows from boxes */
+    bool is_reported : 1;   /* somebody has been told how it stands: it is decided in full; see pair_note_reported */
+    bool at_origins : 1;    /* both colliders are */
+    bool has_more : 1;      /* its pair_more is its own */
+    uint32_t wanted;        /* index of match.lists, as of ... */
+    uint32_t edition;       /* ... match.edition; 0: of none */
+    narrow_cache cache;     /* what most pairs are looked at for ends within it, with the second line */
+    double padding, margin; /* m: of its pair_terms, as is ... */
+    int8_t looks;           /* ... this */
+    uint8_t waited;         /* ticks in a row in which the budget left it */
+    bool search_waits : 1;  /* some of its searches were put off, ... */
+    bool swept_wait : 1;    /* ... of swept motions, too */
+    uint32_t payer;         /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
-_Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at");
+_Static_assert(offsetof(pair, cache) + offsetof(narrow_cache, hint_a) == 128 && sizeof(pair) == 192,
+    "two lines for what each tick looks at, and one more");
+
+static inline void pair_set_active_tick(pair *p, uint64_t tick)
+{
+    p->active_tick = tick & ((UINT64_C(1) << 56) - 1);
+}
 
 enum { SETTLED, SETTLES_NEXT, SETTLES_NOW };
 
@@ -372,6 +388,7 @@ struct world {
     ARRAY(collider) colliders;
     ARRAY(subscription) subscriptions;
     ARRAY(pair) pairs;
+    ARRAY(pair_more) pairs_more; /* under the ids of pairs; its count is not kept */
     ARRAY(watch) watches;
     ARRAY(last_contact) last_contacts; /* these three under the ids of watches */
     ARRAY(last_points) last_points;
@@ -660,7 +677,25 @@ void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t collider_a, uint32_t collider_b);
 
 /* Has anybody been told how it stands? Then it is decided in full. */
-bool pair_is_reported(const world *w, const pair *p);
+static inline bool pair_is_reported(const pair *p)
+{
+    return p->is_reported;
+}
+void pair_note_reported(world *w, uint32_t pair); /* its watches have changed */
+void pair_reserve(world *w, size_t count);
+static inline const pair_more *pair_more_of(const world *w, const pair *p)
+{
+    static const pair_more NONE;
+    return p->has_more ? &w->pairs_more.at[p - w->pairs.at] : &NONE;
+}
+/* To be written. By whoever decides the pair, or the tick thread. */
+static inline pair_more *pair_more_make(const world *w, pair *p)
+{
+    pair_more *m = &w->pairs_more.at[p - w->pairs.at];
+    if (!p->has_more) memset(m, 0, sizeof *m);
+    p->has_more = true;
+    return m;
+}
 bool pair_is_predicted(const world *w, const pair *p);
 
 /* swept.c */

@@ -185,6 +185,7 @@ void watch_drop(world *w, uint32_t id)
     bool old = watch_is_old(w, v);
     leave_list(w, id);
     v->used = false;
+    pair_note_reported(w, v->pair);
     w->subscriptions.at[v->subscription].watches--;
     w->subscriptions.at[v->subscription].olds -= old;
     w->olds -= old;

@@ -114,6 +114,7 @@ void world_destroy(world *w)
     array_free_in_place(&w->colliders);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free_in_place(&w->pairs);
+    array_free_in_place(&w->pairs_more);
     free(w->rulings);
     array_free_in_place(&w->watches);
     array_free_in_place(&w->last_contacts);
