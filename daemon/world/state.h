@@ -408,11 +408,12 @@ struct world {
     bool in_parts;         /* some may be left: a step has moved them */
     uint64_t left_effort;  /* ... units */
     ARRAY(mover) movers;
-    ARRAY(uint32_t) mover_at; /* of each that was dirty */
-    uint64_t moves_before;    /* figures.moves, at the last tick */
-    size_t wide;              /* bodies that take much more of it than most, see effort.c */
-    ARRAY(uint32_t) awake;    /* of these, those that were not calm, in their order: made by body_settle_dirty */
-    ARRAY(uint32_t) glided;   /* those that were, until they came into a pair in this tick */
+    ARRAY(uint32_t) mover_at;   /* of each that was dirty */
+    uint64_t moves_before;      /* figures.moves, at the last tick */
+    size_t wide;                /* bodies that take much more of it than most, see effort.c */
+    ARRAY(uint32_t) awake;      /* of these, those that were not calm, in their order: made by body_settle_dirty */
+    ARRAY(uint64_t) awake_bits; /* of their colliders: see slices.c */
+    ARRAY(uint32_t) glided;     /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) changed_subscriptions; /* since the last tick, or closed by it */
     ARRAY(uint32_t) unsettled;             /* subscriptions for which not all bodies have been looked at */

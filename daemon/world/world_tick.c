@@ -125,6 +125,7 @@ void world_destroy(world *w)
     array_free(&w->movers);
     array_free(&w->mover_at);
     array_free(&w->awake);
+    array_free(&w->awake_bits);
     array_free(&w->glided);
     array_free(&w->past_bodies);
     array_free(&w->sort_scratch);
