@@ -55,9 +55,7 @@ void body_drop_shapes(world *w, body *b)
         array_push(&w->ghost_colliders, b->shapes[i]);
         broad_remove(w->broad, b->shapes[i]);
     }
-    free(b->shapes);
-    b->shapes = NULL;
-    b->shape_count = 0;
+    body_free_shapes(b);
     effort_measure(w, b);
 }
 
@@ -65,8 +63,7 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
 {
     body *b = &w->bodies.at[id];
     assert(def->shape_count <= SHAPES_OF_A_BODY_MOST);
-    b->shapes = base_alloc(def->shape_count ? def->shape_count : 1, sizeof *b->shapes);
-    b->shape_count = def->shape_count;
+    body_make_shapes(b, def->shape_count);
     for (size_t i = 0; i < def->shape_count; i++) {
         uint32_t s = id_pool_take(&w->collider_ids);
         array_reserve_in_place(&w->colliders, (size_t)s + 1);

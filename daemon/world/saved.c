@@ -232,11 +232,14 @@ static const char *get_body(bytes_in *from, world *w)
         b.rule_count > from->left)
         return "a body is cut off";
     b.name = base_strdup(bytes_get_text(from));
-    b.group = base_strdup(bytes_get_text(from));
-    b.shapes = b.ghost ? NULL : base_zalloc(b.shape_count + 1, sizeof *b.shapes);
+    body_set_group(&b, bytes_get_text(from));
+    body_make_shapes(&w->bodies.at[id], b.ghost ? 0 : b.shape_count);
+    uint32_t *shapes = w->bodies.at[id].shapes;
     if (b.ghost) b.shape_count = 0;
-    bytes_get(from, b.shapes, b.shape_count * sizeof *b.shapes);
-    b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
+    bytes_get(from, shapes, b.shape_count * sizeof *shapes);
+    b.shapes = shapes;
+    b.only_shape = w->bodies.at[id].only_shape;
+    b.rules = b.rule_count ? base_zalloc(b.rule_count, sizeof *b.rules) : NULL;
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
     b.match = b.rule_set = 0;
     rules_choose(&w->rules, &b.rule_set, b.rules, b.rule_count);

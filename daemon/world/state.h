@@ -83,7 +83,8 @@ typedef struct body {
 
     /* What a tick looks at of each body that it takes, and of each beside it: one cache line. */
     _Alignas(64) uint32_t *shapes;
-    size_t shape_count;
+    uint32_t shape_count;
+    uint32_t only_shape; /* where it has one, `shapes` is that: body_make_shapes */
     double widen;   /* m, half of the farthest range that a subscription wants of it, and all of its rules' reach */
     double horizon; /* s: the farthest that a subscription wants predicted of it: its box holds all that it may do */
     uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
@@ -502,6 +503,12 @@ _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three c
 _Static_assert(offsetof(body, fit_slack) == 252, "and one more where its region has to be found anew");
 
 /* body.c */
+/* Room for that many in b->shapes, and no more room for them. */
+void body_make_shapes(body *b, size_t count);
+void body_free_shapes(body *b);
+/* A copy of that text, or what stands for none: most bodies have no group. */
+void body_set_group(body *b, const char *group);
+void body_free_group(body *b);
 void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
 void body_arrive(world *w, uint32_t id);  /* where it is, it was at the last tick */
 void body_reap(world *w);

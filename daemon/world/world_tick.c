@@ -66,8 +66,8 @@ static void free_bodies(world *w)
         }
         free(b->rules);
         free(b->name);
-        free(b->group);
-        free(b->shapes);
+        body_free_group(b);
+        body_free_shapes(b);
         array_free(&b->passed);
         for (size_t k = 0; k < b->past.count; k++) free(b->past.at[k].passed);
         array_free(&b->past);
