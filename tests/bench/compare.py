@@ -86,15 +86,24 @@ def first_slower(root, before, row, turns):
     return git("log", "-1", "--format=%h %s", commits[low])
 
 
+def baseline(root):
+    """The commit that this kind of processor is held against: no times are kept, since both are measured here."""
+    with open(os.path.join(root, "tests", "bench", "baseline.json"), encoding="utf-8") as f:
+        commits = json.load(f)
+    with open("/proc/cpuinfo", encoding="utf-8") as f:
+        models = [line.split(":", 1)[1].strip() for line in f if line.startswith("model name")]
+    return commits.get(models[0] if models else "", commits["any"])
+
+
 def main():
     parser = argparse.ArgumentParser(prog="script/bench --compare", description=__doc__)
-    parser.add_argument("commit", help="what HEAD is held against")
+    parser.add_argument("commit", nargs="?", help="what HEAD is held against; by default what baseline.json has")
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--name", action="store_true", help="of each slower row, find the commit that made it so")
     o = parser.parse_args()
     root = git("rev-parse", "--show-toplevel")
-    before, now = Build(root, o.commit), Build(root, "HEAD")
+    before, now = Build(root, o.commit or baseline(root)), Build(root, "HEAD")
     ratios = compare(before, now, o.turns)
     slower = [row for row, ratio in ratios.items() if ratio >= SLOWER]
     for row, ratio in sorted(ratios.items(), key=lambda r: -r[1]):
