@@ -15,6 +15,7 @@ KEYS = {
     "python": ["bodies", "us_a_publish", "c_us_a_publish", "us_an_event", "events", "core_share"],
     "soak": ["events", "resident_kib"],
     "world": ["us_per_tick", "us_p99"],
+    "verdicts": ["ns_median", "to_fine", "overlaps", "items"],
     "rays": ["bodies", "length", "ns_median", "rays", "hits", "wrong", "width_max"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
