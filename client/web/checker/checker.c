@@ -1,9 +1,10 @@
 /* checker: collided_verify for programs that can hand over nothing but numbers, as JavaScript does to WebAssembly: a
  * claim is one array of doubles, decoded here. Compiled to verify.wasm, and natively for the tests. One thread.
  *
- * A claim: shape A, pose of body A, shape B, pose of body B, then lo, hi, axis[3], point_a[3], point_b[3]; metres, world.
- * A pose: position[3], orientation w, x, y, z. A shape: type (of collided_shape_type), half[3], radius, pose[7] in the
- * body, deviation, n; then n children (shapes) of a compound, or n points x, y, z of a hull; n is 0 otherwise. */
+ * A claim: shape A, pose of body A, shape B, pose of body B, then lo, hi, axis[3], point_a[3], point_b[3]; metres,
+ * world. A pose: position[3], orientation w, x, y, z. A shape: type (of collided_shape_type), half[3], radius, pose[7]
+ * in the body, deviation, n; then n children (shapes) of a compound, or n points x, y, z of a hull; n is 0 otherwise.
+ */
 #include "checker.h"
 
 #include <stdlib.h>
@@ -101,8 +102,6 @@ int checker_check(const double *words, size_t count)
     if (!words || !take_side(&r, &a) || !take_side(&r, &b)) return COLLIDED_BAD_ARGUMENT;
     const double *w = take(&r, CLAIM_WORDS);
     if (!w || r.left > 0) return COLLIDED_BAD_ARGUMENT;
-    collided_certificate claim = {
-        w[0], w[1], {w[2], w[3], w[4]}, {w[5], w[6], w[7]}, {w[8], w[9], w[10]}};
-    return collided_verify(
-        &a.shape, &a.body, a.hull, a.hull_count, &b.shape, &b.body, b.hull, b.hull_count, &claim);
+    collided_certificate claim = {w[0], w[1], {w[2], w[3], w[4]}, {w[5], w[6], w[7]}, {w[8], w[9], w[10]}};
+    return collided_verify(&a.shape, &a.body, a.hull, a.hull_count, &b.shape, &b.body, b.hull, b.hull_count, &claim);
 }

@@ -55,14 +55,14 @@ void main() {
 const dotShader = /* glsl */ `
 precision highp float;
 in vec3 at;
-in vec4 tint;
+in vec4 tint; // alpha: the radius, px
 uniform vec2 resolution;
 uniform float pixel;
 out vec4 c;
 out vec2 p;
 void main() {
   vec4 v = projectionMatrix * modelViewMatrix * vec4(at, 1.0);
-  v.xy += position.xy * 9.0 * pixel / resolution * v.w;
+  v.xy += position.xy * 2.0 * tint.a * pixel / resolution * v.w;
   v.z -= 0.0006 * v.w;
   p = position.xy;
   c = tint;
@@ -151,13 +151,13 @@ export class Marks {
     this.uniforms.pixel.value = pixel;
   }
 
-  /** Draws these pairs, relative to the origin; the selected one stronger. */
-  fill(contacts: readonly Contact[], origin: Float64Array, selected: bigint | null): void {
+  /** Draws these pairs, relative to the origin. Those that are strong have arrows and large points. */
+  fill(contacts: readonly Contact[], origin: Float64Array, strongOnes: ReadonlySet<bigint>): void {
     this.segments.begin(4 * contacts.length);
     this.dots.begin(2 * contacts.length);
     const px = this.uniforms.pixel.value, a = [0, 0, 0], b = [0, 0, 0], lo = [0, 0, 0], hi = [0, 0, 0], mid = [0, 0, 0], tip = [0, 0, 0];
     for (const c of contacts) {
-      const v = c.values, colour = tint(this.theme, c), strong = c.id === selected;
+      const v = c.values, colour = tint(this.theme, c), strong = strongOnes.has(c.id);
       if (!(Math.abs(v[10]!) < Infinity) || !(Math.abs(v[13]!) < Infinity)) continue; // no points are told
       for (let k = 0; k < 3; k++) {
         a[k] = v[10 + k]! - origin[k]!; b[k] = v[13 + k]! - origin[k]!;
@@ -166,14 +166,15 @@ export class Marks {
           lo[k] = a[k]! + v[7 + k]! * c.lo; hi[k] = a[k]! + v[7 + k]! * c.hi;
         }
       }
-      const rgb: number[] = [colour.r, colour.g, colour.b, strong ? 1 : 0.85], dashed = c.fact >= Fact.unknown ? 1 : 0;
-      const w = (strong ? 3 : 1.6) * px;
+      const rgb: number[] = [colour.r, colour.g, colour.b, strong ? 1 : 0.45], dashed = c.fact >= Fact.unknown ? 1 : 0;
+      const w = (strong ? 2.4 : 1) * px;
       this.segments.add(a, b, rgb, [w, w, dashed, 0]);
       if (Number.isFinite(c.lo) && Number.isFinite(c.hi) && c.hi > c.lo)
-        this.segments.add(lo, hi, [colour.r, colour.g, colour.b, 0.45], [7 * px, 7 * px, 0, 0]);
-      this.segments.add(mid, tip, rgb, [(strong ? 6 : 4.5) * px, 0, 0, 16 * px]);
-      this.dots.add(a, rgb);
-      this.dots.add(b, rgb);
+        this.segments.add(lo, hi, [colour.r, colour.g, colour.b, 0.45], [6 * px, 6 * px, 0, 0]);
+      if (strong) this.segments.add(mid, tip, rgb, [5 * px, 0, 0, 15 * px]);
+      const dot: number[] = [colour.r, colour.g, colour.b, strong ? 4.5 : 2.2];
+      this.dots.add(a, dot);
+      this.dots.add(b, dot);
     }
     this.segments.end();
     this.dots.end();

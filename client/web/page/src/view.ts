@@ -1,7 +1,7 @@
 /* view: the picture: bodies, soft bodies, ghosts of what is predicted, marks of pairs, labels; the camera; and which body
  * is under a pixel. Draws only when something has changed. Coordinates are the world's less World.origin; z is up. */
 import {
-  BufferAttribute, BufferGeometry, Color, Mesh, PerspectiveCamera, Scene, ShaderMaterial, SRGBColorSpace, Vector3,
+  BufferAttribute, BufferGeometry, Color, LineSegments, Mesh, PerspectiveCamera, Scene, ShaderMaterial, SRGBColorSpace, Vector3,
   WebGLRenderTarget, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -38,6 +38,28 @@ export function colourOf(body: Body, flags: number): number {
   return (h >>> 8) % 9;
 }
 
+/** Lines at z = 0 of the world, ten a side; placed and scaled to what is looked at, by powers of ten of a metre. */
+function grid(theme: Theme): LineSegments {
+  const points: number[] = [], n = 20;
+  for (let i = -n; i <= n; i++) points.push(i, -n, 0, i, n, 0, -n, i, 0, n, i, 0);
+  const g = new BufferGeometry();
+  g.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+  const lines = new LineSegments(g, new ShaderMaterial({
+    uniforms: { ink: { value: theme.ink }, paper: { value: theme.paper } }, glslVersion: "300 es", transparent: true, depthWrite: false,
+    vertexShader: "out float far; void main() { far = length(position.xy) / 20.0; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
+    fragmentShader: "precision highp float; in float far; uniform vec3 ink, paper; out vec4 colour; void main() { colour = vec4(ink, 0.16 * max(0.0, 1.0 - far)); }",
+  }));
+  lines.frustumCulled = false;
+  return lines;
+}
+
+/** Does a processor draw, since there is no graphics card that a browser takes? Then pictures are to be cheap and few. */
+function isSoftware(): boolean {
+  const c = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+  c?.getExtension("WEBGL_lose_context")?.loseContext();
+  return c === null;
+}
+
 export class View {
   readonly renderer: WebGLRenderer;
   readonly camera = new PerspectiveCamera(42, 1, 0.01, 1000);
@@ -46,6 +68,9 @@ export class View {
   private readonly bodies: Instances;
   private readonly ghosts: Instances;
   private readonly marks: Marks;
+  private readonly software: boolean;
+  private notBefore = 0;
+  private readonly grid: LineSegments;
   private readonly target = new WebGLRenderTarget(1, 1);
   private readonly softMeshes = new Map<string, { mesh: Mesh; version: number; eye: ShaderMaterial; number: ShaderMaterial }>();
   private readonly labels: HTMLElement[] = [];
@@ -64,13 +89,15 @@ export class View {
 
   constructor(private readonly world: World, private readonly canvas: HTMLCanvasElement, overlay: HTMLElement,
     private readonly selection: Selection, readonly theme: Theme) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    this.software = isSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, powerPreference: "high-performance" });
     this.renderer.outputColorSpace = SRGBColorSpace;
     this.renderer.setClearColor(theme.paper.clone().convertSRGBToLinear(), 1);
     this.bodies = new Instances(theme, false);
     this.ghosts = new Instances(theme, true);
     this.marks = new Marks(theme);
-    this.scene.add(this.bodies.group, this.ghosts.group, this.marks.group);
+    this.grid = grid(theme);
+    this.scene.add(this.grid, this.bodies.group, this.ghosts.group, this.marks.group);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(3, -4, 2.5);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -131,7 +158,7 @@ export class View {
       new Vector3(0.62, -0.92, 0.55).normalize();
     this.framed = true;
     this.controls.target.copy(e.middle);
-    this.camera.position.copy(e.middle).addScaledVector(direction, (e.reach * (only ? 2.6 : 1.55)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) * 0.62);
+    this.camera.position.copy(e.middle).addScaledVector(direction, (e.reach * (only ? 2.6 : 1.55)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) * 0.44);
     this.controls.update();
     this.dirty = true;
   }
@@ -218,9 +245,11 @@ export class View {
     let list = [...w.contacts.values()];
     if (list.length > MARKS_MOST) list = list.sort((a, b) => a.lo - b.lo).slice(0, MARKS_MOST);
     this.shownContacts = list;
-    this.marks.fill(this.showMarks ? list : [], w.origin, this.selection.contact);
     const order = (c: Contact): number => c.id === this.selection.contact ? -Infinity : c.fact === Fact.predicted ? c.lo - 0.05 : c.lo;
     this.labelled = list.filter((c) => Number.isFinite(c.values[10]!)).sort((a, b) => order(a) - order(b)).slice(0, LABELS);
+    const strong = new Set(this.labelled.map((c) => c.id));
+    for (const c of list) if (c.fact === Fact.begin || c.fact === Fact.predicted) strong.add(c.id);
+    this.marks.fill(this.showMarks ? list : [], w.origin, strong);
     const soon = this.showGhosts ? list.filter((c) => c.fact === Fact.predicted && Number.isFinite(c.values[16]!))
       .sort((a, b) => a.loS - b.loS).slice(0, GHOST_PAIRS) : [];
     const ghosts: Instance[] = [], poses = new Float32Array(8 * 2 * Math.max(1, soon.length));
@@ -302,6 +331,8 @@ export class View {
     const scene = s.scene !== w.sceneVersion || s.geometry !== w.geometryVersion || (s.soft !== w.softVersion && w.soft.size !== this.softMeshes.size);
     const contact = s.contact !== w.contactVersion || scene, pose = s.pose !== w.poseVersion || scene, soft = s.soft !== w.softVersion || scene;
     if (!this.dirty && !scene && !contact && !pose && !soft) return false;
+    const begin = performance.now();
+    if (begin < this.notBefore) return false; // drawing takes half of the time at most
     if (scene) this.takeScene();
     if (soft) this.takeSoft();
     if (pose) this.bodies.setPoses(w.poses, w.slots);
@@ -309,13 +340,18 @@ export class View {
     if (contact || scene) this.takeLooks();
     Object.assign(s, { scene: w.sceneVersion, geometry: w.geometryVersion, pose: w.poseVersion, contact: w.contactVersion, soft: w.softVersion });
     this.dirty = false;
-    const d = this.camera.position.distanceTo(this.controls.target);
+    const d = this.camera.position.distanceTo(this.controls.target), step = 10 ** Math.round(Math.log10(d / 6));
+    const corner = (k: number): number => Math.round(this.lookedAt()[k]! / step) * step - w.origin[k]!;
+    this.grid.position.set(corner(0), corner(1), -w.origin[2]!);
+    this.grid.scale.setScalar(step);
     this.camera.near = Math.max(d / 500, 1e-7);
     this.camera.far = d * 20 + this.reach * 20;
     this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
     this.drawCalls = this.renderer.info.render.calls;
     this.placeLabels();
+    const took = performance.now() - begin;
+    this.notBefore = took > 12 ? performance.now() + Math.min(took, 1000) : 0;
     return true;
   }
 
@@ -327,7 +363,7 @@ export class View {
     this.bodies.setPoses(this.world.poses, this.world.slots);
     this.bodies.asNumbers(true);
     this.ghosts.asNumbers(true);
-    this.marks.group.visible = false;
+    this.marks.group.visible = this.grid.visible = false;
     for (const m of this.softMeshes.values()) m.mesh.material = m.number;
     this.renderer.setRenderTarget(this.target);
     this.renderer.setClearColor(0, 0);
@@ -344,7 +380,7 @@ export class View {
     this.renderer.setClearColor(this.theme.paper.clone().convertSRGBToLinear(), 1);
     this.bodies.asNumbers(false);
     this.ghosts.asNumbers(false);
-    this.marks.group.visible = true;
+    this.marks.group.visible = this.grid.visible = true;
     for (const m of this.softMeshes.values()) m.mesh.material = m.eye;
     this.dirty = true;
     return found;
