@@ -338,8 +338,8 @@ static uint8_t cause_number(const char *cause)
 {
     static const char *const NAMES[] = {"motion", "removed", "owner_lost", "filter", "shape", "subscription",
         "shutdown", "stale", "snapshot", "teleport"};
-    for (uint8_t i = 0; i < sizeof NAMES / sizeof NAMES[0]; i++)
-        if (strcmp(NAMES[i], cause) == 0) return i;
+    for (size_t i = 0; i < sizeof NAMES / sizeof NAMES[0]; i++)
+        if (strcmp(NAMES[i], cause) == 0) return (uint8_t)i;
     return UINT8_MAX;
 }
 

@@ -258,10 +258,15 @@ static int send_queued(viewer *v)
     return sent;
 }
 
+static bool same_point(const double a[3], const double b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 static bool is_shared(const web *w, const viewer *v, bool all)
 {
     return w->shared.count && w->shared_since == v->posed && w->shared_to == w->mirror->changes &&
-           w->shared_all == all && memcmp(w->shared_origin, v->origin, sizeof v->origin) == 0;
+           w->shared_all == all && same_point(w->shared_origin, v->origin);
 }
 
 /* Pages in step lack the same: it is put together once. */

@@ -82,6 +82,11 @@ void scene_free(scene_view *v)
 
 /* ---- what has changed ---- */
 
+static bool same_bits(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
 static uint8_t flags_of(const world_glance *g)
 {
     return (uint8_t)((g->stale ? WIRE_SEEN_STALE : 0) | (g->held ? WIRE_SEEN_HELD : 0) |
@@ -118,7 +123,7 @@ static void look_at(service *s, const stream *to, scene_view *v, const session *
     e->scan = v->scan;
     const double pose[7] = {g.pose->p.x, g.pose->p.y, g.pose->p.z, g.pose->q.w, g.pose->q.x, g.pose->q.y, g.pose->q.z};
     uint8_t flags = flags_of(&g);
-    bool moved = flags != e->flags || memcmp(pose, e->pose, sizeof pose) != 0;
+    bool moved = flags != e->flags || !same_bits(pose, e->pose, sizeof pose);
     e->flags = flags;
     memcpy(e->pose, pose, sizeof pose);
     if (announce)
