@@ -11,6 +11,7 @@ typedef struct edge_sample { /* a configuration on the line */
     double *coarse;      /* of each: the clearance of the ball around it, up to edge_link.cap; NAN: not asked */
     double *fine;        /* of each ball; NAN in the first one of a link: not asked */
     double *least;       /* of each link: the least of its balls' */
+    double *apart;       /* of each pair: the distance of the centres of the balls around the links */
     double *deep;        /* of each link, then of each pair: of exact shapes; NAN: not asked */
     double *coordinates;
     pose *poses; /* of all links of the tree, once `posed` */
@@ -22,6 +23,10 @@ typedef struct edge_link { /* of this edge */
     double cap;  /* m: more clearance than any stretch can need */
 } edge_link;
 
+typedef struct edge_pair { /* of this edge */
+    double bend, way; /* robot_levers_bend, robot_levers_way: of the one link, seen from the other */
+} edge_pair;
+
 typedef struct edge_piece {
     uint32_t from, to; /* samples */
 } edge_piece;
@@ -31,7 +36,7 @@ typedef struct edge_work {
     ARRAY(double *) blocks;   /* the memory of samples, which is kept */
     ARRAY(edge_sample) samples;
     edge_link *links;
-    double *bend_between; /* NAN: not asked */
+    edge_pair *pairs;
     double *change;
     ARRAY(edge_piece) pieces, next;
     ARRAY(uint64_t) open, next_open; /* `words` a piece: a bit for each link, then for each pair */
@@ -54,7 +59,7 @@ void check_edge_free(void *edge)
     array_free(&e->blocks);
     array_free(&e->samples);
     free(e->links);
-    free(e->bend_between);
+    free(e->pairs);
     free(e->change);
     array_free(&e->pieces);
     array_free(&e->next);
@@ -71,7 +76,7 @@ static edge_work *edge_begin(const check_robot *r, check_scratch *scratch)
     scratch->edge = e = base_zalloc(1, sizeof *e);
     e->robot = r;
     e->links = base_alloc(r->links.count + 1, sizeof *e->links);
-    e->bend_between = base_alloc(r->between.count + 1, sizeof *e->bend_between);
+    e->pairs = base_alloc(r->between.count + 1, sizeof *e->pairs);
     e->change = base_alloc(robot_tree_coordinates(r->tree) + 1, sizeof *e->change);
     e->words = (r->links.count + r->between.count + 63) / 64;
     return e;
@@ -83,7 +88,7 @@ static edge_sample *new_sample(edge_work *e)
     const check_robot *r = e->robot;
     size_t links = r->links.count, pairs = r->between.count, balls = r->x.count, n = robot_tree_coordinates(r->tree);
     size_t frames = sizeof(check_frame) / sizeof(double), poses = sizeof(pose) / sizeof(double);
-    size_t all = links * (frames + 3) + balls + pairs + n + robot_tree_links(r->tree) * poses + 1;
+    size_t all = links * (frames + 3) + balls + 2 * pairs + n + robot_tree_links(r->tree) * poses + 1;
     if (e->samples.count == e->blocks.count) array_push(&e->blocks, base_alloc(all, sizeof(double)));
     double *at = e->blocks.at[e->samples.count];
     edge_sample s = {.frames = (check_frame *)at};
@@ -92,6 +97,7 @@ static edge_sample *new_sample(edge_work *e)
     s.least = at, at += links;
     s.deep = at, at += links + pairs;
     s.fine = at, at += balls;
+    s.apart = at, at += pairs;
     s.coordinates = at, at += n;
     s.poses = (pose *)at;
     for (size_t i = 0; i < links; i++) s.coarse[i] = s.fine[r->links.at[i].first_ball] = NAN;
@@ -136,6 +142,16 @@ static void add_samples(edge_work *e, const double *times, int count, const uint
         whole_centres(&frames[l->link], l->whole.centre, centre);
         scene_clearance(e->scene, l->link, centre, &radius, &clearance);
         for (int k = 0; k < count; k++) samples[k]->coarse[i] = clearance[k];
+    }
+    for (size_t i = 0; i < r->between.count; i++) {
+        if (!is_open(open, r->links.count + i)) continue;
+        const check_between *p = &r->between.at[i];
+        const check_link *a = &r->links.at[p->a], *b = &r->links.at[p->b];
+        lanes from[3], to[3];
+        whole_centres(&frames[a->link], a->whole.centre, from);
+        whole_centres(&frames[b->link], b->whole.centre, to);
+        lanes x = to[0] - from[0], y = to[1] - from[1], z = to[2] - from[2], apart = x * x + y * y + z * z;
+        for (int k = 0; k < count; k++) samples[k]->apart[i] = sqrt(apart[k]);
     }
     e->result->samples += (uint32_t)count;
 }
@@ -238,12 +254,9 @@ LANES_INLINE lanes root(lanes a)
 }
 
 /* Do all balls of a link pass? */
-static bool balls_prove_link(edge_work *e, edge_sample *s0, edge_sample *s1, size_t i, double beyond)
+LANES_INLINE bool balls_pass_any(
+    const check_robot *r, const check_link *l, const edge_sample *s0, const edge_sample *s1, size_t i, double beyond)
 {
-    const check_robot *r = e->robot;
-    const check_link *l = &r->links.at[i];
-    need_fine(e, s0, i);
-    need_fine(e, s1, i);
     for (uint32_t ball = l->first_ball; ball < l->first_ball + l->balls; ball += LANES) {
         lanes c0[3], c1[3];
         ball_centres(r, &s0->frames[i], ball, c0);
@@ -256,6 +269,17 @@ static bool balls_prove_link(edge_work *e, edge_sample *s0, edge_sample *s1, siz
     return true;
 }
 
+static bool balls_pass_plain(
+    const check_robot *r, const check_link *l, const edge_sample *s0, const edge_sample *s1, size_t i, double beyond)
+{
+    return balls_pass_any(r, l, s0, s1, i, beyond);
+}
+LANES_WHOLE static bool balls_pass_wide(
+    const check_robot *r, const check_link *l, const edge_sample *s0, const edge_sample *s1, size_t i, double beyond)
+{
+    return balls_pass_any(r, l, s0, s1, i, beyond);
+}
+
 static bool prove_link(edge_work *e, edge_sample *s0, edge_sample *s1, size_t i)
 {
     const check_link *l = &e->robot->links.at[i];
@@ -264,7 +288,9 @@ static bool prove_link(edge_work *e, edge_sample *s0, edge_sample *s1, size_t i)
     vec3 c0 = frame_point(&s0->frames[i], l->whole.centre), c1 = frame_point(&s1->frames[i], l->whole.centre);
     double chord = vec_norm(vec_sub(c1, c0));
     if (s0->coarse[i] + s1->coarse[i] > chord + beyond) return true;
-    if (balls_prove_link(e, s0, s1, i, beyond)) return true;
+    need_fine(e, s0, i);
+    need_fine(e, s1, i);
+    if ((lanes_wide() ? balls_pass_wide : balls_pass_plain)(e->robot, l, s0, s1, i, beyond)) return true;
     if (fmin(s0->least[i], s1->least[i]) > keep + 0.5 * l->fatness) return false; /* shorter stretches will do */
     need_deep_link(e, s0, i);
     need_deep_link(e, s1, i);
@@ -291,7 +317,7 @@ LANES_INLINE lanes distance_from_segment(const lanes p[3], vec3 u, vec3 d)
 }
 
 /* Balls of b move along segments in a's frame, but for the bend. The least gap, or less. */
-static double balls_of_pair(const check_robot *r, const check_link *a, const check_link *b, const check_frame *b0,
+LANES_INLINE double gap_of_pair_any(const check_robot *r, const check_link *a, const check_link *b, const check_frame *b0,
     const check_frame *b1)
 {
     double least = INFINITY;
@@ -307,20 +333,31 @@ static double balls_of_pair(const check_robot *r, const check_link *a, const che
     return least;
 }
 
+static double gap_of_pair_plain(
+    const check_robot *r, const check_link *a, const check_link *b, const check_frame *b0, const check_frame *b1)
+{
+    return gap_of_pair_any(r, a, b, b0, b1);
+}
+LANES_WHOLE static double gap_of_pair_wide(
+    const check_robot *r, const check_link *a, const check_link *b, const check_frame *b0, const check_frame *b1)
+{
+    return gap_of_pair_any(r, a, b, b0, b1);
+}
+
 static bool prove_pair(edge_work *e, edge_sample *s0, edge_sample *s1, size_t pair)
 {
     const check_robot *r = e->robot;
     const check_between *p = &r->between.at[pair];
     const check_link *a = &r->links.at[p->a], *b = &r->links.at[p->b];
+    double h = s1->t - s0->t, keep = e->request->margin_m + p->slack, bend = e->pairs[pair].bend * h * h / 8;
+    double around = a->whole.radius + b->whole.radius + keep;
+    if (s0->apart[pair] + s1->apart[pair] > e->pairs[pair].way * h + 2 * around) return true;
     check_frame b0 = relative_frame(&s0->frames[p->a], &s0->frames[p->b]);
     check_frame b1 = relative_frame(&s1->frames[p->a], &s1->frames[p->b]);
-    if (isnan(e->bend_between[pair]))
-        e->bend_between[pair] = robot_levers_bend(&r->levers.at[p->first_joint], p->joints, e->change);
-    double h = s1->t - s0->t, keep = e->request->margin_m + p->slack, bend = e->bend_between[pair] * h * h / 8;
     vec3 u = frame_point(&b0, b->whole.centre), d = vec_sub(frame_point(&b1, b->whole.centre), u), c = a->whole.centre;
     const lanes centre[3] = {(lanes){0} + c.x, (lanes){0} + c.y, (lanes){0} + c.z};
-    if (distance_from_segment(centre, u, d)[0] - a->whole.radius - b->whole.radius > keep + bend) return true;
-    double gap = balls_of_pair(r, a, b, &b0, &b1);
+    if (distance_from_segment(centre, u, d)[0] > around + bend) return true;
+    double gap = (lanes_wide() ? gap_of_pair_wide : gap_of_pair_plain)(r, a, b, &b0, &b1);
     if (gap > keep + bend) return true;
     if (gap > keep + 0.5 * fmin(a->fatness, b->fatness)) return false; /* shorter stretches will do */
     need_deep_pair(e, s0, pair);
@@ -449,7 +486,12 @@ static void begin_edge(edge_work *e, const double *from, const double *to)
         e->links[i].bend = bend;
         e->links[i].cap = 2 * (e->request->margin_m + l->slack) + way / 3 + bend / 36 + 1e-9 * r->reach;
     }
-    for (size_t i = 0; i < r->between.count; i++) e->bend_between[i] = NAN;
+    for (size_t i = 0; i < r->between.count; i++) {
+        const check_between *p = &r->between.at[i];
+        const robot_lever *levers = &r->levers.at[p->first_joint];
+        e->pairs[i].bend = robot_levers_bend(levers, p->joints, e->change);
+        e->pairs[i].way = robot_levers_way(levers, p->joints, e->change);
+    }
 }
 
 static int compare_times(const void *a, const void *b)

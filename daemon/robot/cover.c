@@ -44,10 +44,12 @@ static void put(const cover_ball *ball, double rounding, const transform *at, co
     array_push(out, ((cover_ball){centre, radius}));
 }
 
+#define COVER_FINENESS 2.0
+
 /* How many slabs make balls that are little wider than the shape. */
 static int slabs_of(double length, double width)
 {
-    double n = width > 0 ? ceil(length / width) : COVER_SLABS_MAX;
+    double n = width > 0 ? ceil(COVER_FINENESS * length / width) : COVER_SLABS_MAX;
     return n < 1 ? 1 : n > COVER_SLABS_MAX ? COVER_SLABS_MAX : (int)n;
 }
 
