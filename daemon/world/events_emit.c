@@ -83,6 +83,8 @@ void events_turn_round(world_event *e)
     e->point_b = was.point_a;
     e->age_a_ns = was.age_b_ns;
     e->age_b_ns = was.age_a_ns;
+    e->pose_a = was.pose_b;
+    e->pose_b = was.pose_a;
     e->impact.pose_a = was.impact.pose_b;
     e->impact.pose_b = was.impact.pose_a;
     for (uint32_t i = 0; i < e->manifold.count; i++)
@@ -122,6 +124,8 @@ void events_fill(
         .point_b = to_world(a, r->point_b),
         .age_a_ns = body_age_ns(w, x),
         .age_b_ns = body_age_ns(w, y),
+        .pose_a = x->pose,
+        .pose_b = y->pose,
         .manifold = r->manifold};
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
