@@ -3,8 +3,7 @@
  * What is promised. FREE: no point of a link is within `margin_m` of an obstacle that it is to keep away from, nor of a
  * link that it is to keep away from, in the configuration, or anywhere along the edge: proven. MEETS: some are within
  * it, somewhere: proven by exact shapes. UNDECIDED: neither could be proven: the distance is the margin but for
- * rounding, obstacles are widened (scene.h), or the limits below were reached; never told of what could be proven free
- * with more time by other means than these. Balls that contain the links decide most, and lie in neither direction:
+ * rounding and what obstacles are widened by (scene.h), or the limits below were reached. Balls that contain the links decide most, and lie in neither direction:
  * what they leave open is asked of narrow_query.
  *
  * Along an edge the coordinates move linearly with t from 0 to 1: those of continuous joints as given, not by the shorter

@@ -203,7 +203,7 @@ static double deep_shapes(edge_work *e, edge_sample *s, uint32_t a, uint32_t b, 
     e->result->queries++;
     check_exact_distance(r->shapes.at[a].shape, at_a, of_scene ? def->shape : r->shapes.at[b].shape, at_b,
         DEEP_TOLERANCE_M, within + widen, check_key(a, of_scene ? obstacle : b, of_scene), e->scratch, &answer);
-    note(e, s, widen == 0 && answer.hi <= e->request->margin_m - slack, a, b, obstacle);
+    note(e, s, answer.hi <= e->request->margin_m - slack - widen, a, b, obstacle);
     return answer.lo - widen;
 }
 

@@ -38,11 +38,11 @@ static pose shape_pose(state_work *w, uint32_t shape)
 
 /* One verdict more. An item that meets stays so; one in doubt may still meet elsewhere. */
 static void conclude(state_work *w, double lo, double hi, double free_above, double meets_at, uint32_t a, uint32_t b,
-    uint32_t obstacle, bool may_meet)
+    uint32_t obstacle)
 {
     check_result *out = w->result;
     if (lo > free_above || out->verdict == CHECK_MEETS) return;
-    bool meets = may_meet && hi <= meets_at;
+    bool meets = hi <= meets_at;
     if (!meets && out->verdict == CHECK_UNDECIDED) return;
     out->verdict = meets ? CHECK_MEETS : CHECK_UNDECIDED;
     out->shape_a = a, out->shape_b = b, out->obstacle = obstacle;
@@ -58,17 +58,16 @@ static void decide_exactly(state_work *w, uint32_t a, uint32_t b, uint32_t obsta
     const shape *sa = r->shapes.at[a].shape, *sb = of_scene ? def->shape : r->shapes.at[b].shape;
     pose at_a = shape_pose(w, a), at_b = of_scene ? def->pose : shape_pose(w, b);
     double widen = of_scene ? def->widen_m : 0, margin = w->request->margin_m;
-    double free_above = margin + slack + widen, meets_at = margin - slack;
+    double free_above = margin + slack + widen, meets_at = margin - slack - widen;
     uint64_t key = check_key(a, of_scene ? obstacle : b, of_scene);
     narrow_result answer;
     w->result->queries++;
     check_exact_verdict(sa, at_a, sb, at_b, free_above, key, w->scratch, &answer);
-    if (!(answer.lo > free_above) && !(answer.hi <= meets_at) && widen == 0) {
+    if (!(answer.lo > free_above) && !(answer.hi <= meets_at)) {
         w->result->queries++;
         check_exact_verdict(sa, at_a, sb, at_b, meets_at, key, w->scratch, &answer);
     }
-    conclude(w, answer.lo, answer.hi, free_above, meets_at, r->given.at[a], of_scene ? b : r->given.at[b], obstacle,
-        widen == 0);
+    conclude(w, answer.lo, answer.hi, free_above, meets_at, r->given.at[a], of_scene ? b : r->given.at[b], obstacle);
 }
 
 /* The smaller balls of a link against the scene; the obstacles that they leave open, exactly. */

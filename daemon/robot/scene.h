@@ -15,8 +15,7 @@ enum { SCENE_GROUP = 8 };
 typedef struct scene_obstacle_def {
     const shape *shape;
     pose pose;      /* in the base's frame */
-    double widen_m; /* how far any point of it may be from where the shape has it: added on all sides of it. Then it
-                       can be proven free, and never proven to be met */
+    double widen_m; /* how far any point of it may be from where the shape has it: what is proven holds all the same */
     uint64_t ignored[2]; /* a bit for each link of the robot that need not keep away from it */
 } scene_obstacle_def;
 

@@ -46,6 +46,7 @@ size_t world_body_shapes(const world *w, uint32_t id)
 
 void body_drop_shapes(world *w, body *b)
 {
+    w->shapes_edition++;
     for (size_t i = 0; i < b->shape_count; i++) {
         collider *s = &w->colliders.at[b->shapes[i]];
         s->ghost = true;
@@ -63,6 +64,7 @@ void body_drop_shapes(world *w, body *b)
 void body_add_shapes(world *w, uint32_t id, const world_body *def)
 {
     body *b = &w->bodies.at[id];
+    w->shapes_edition++;
     b->shapes = base_alloc(def->shape_count ? def->shape_count : 1, sizeof *b->shapes);
     b->shape_count = def->shape_count;
     for (size_t i = 0; i < def->shape_count; i++) {
