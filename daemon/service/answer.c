@@ -311,7 +311,8 @@ static void send_checks(reply *r, const wire_query *q, patience *p)
     check_answer_record done;
     world_check_patience patient = {has_patience, p};
     if (!answer_checks(r->s, q, &patient, &done, r->text, sizeof r->text)) {
-        fail_query(r, WIRE_ANSWER_UNSUPPORTED, "%s", r->text);
+        r->answer.status = WIRE_ANSWER_UNSUPPORTED;
+        send(r);
         return;
     }
     r->answer.extensions = (wire_u8s){(uint32_t)done.record.count, done.record.at};
