@@ -33,15 +33,15 @@ collided_check_options collided_check_options_default(void)
 static collided_status copy_joints(collided *c, const collided_robot *r, wire_joint *joints)
 {
     if (r->joint_count < 1 || r->joint_count > WIRE_JOINTS_MAX)
-        return session_fail(c, COLLIDED_BAD_ARGUMENT, "a robot has 1 to %d joints, and this one %zu", WIRE_JOINTS_MAX,
-            r->joint_count);
+        return session_fail(
+            c, COLLIDED_BAD_ARGUMENT, "a robot has 1 to %d joints, and this one %zu", WIRE_JOINTS_MAX, r->joint_count);
     for (size_t i = 0; i < r->joint_count; i++) {
         const collided_joint *from = &r->joints[i];
         wire_joint *to = &joints[i];
         const char *body = from->body ? from->body : "";
         if (strlen(body) > WIRE_NAME_MAX)
-            return session_fail(c, COLLIDED_BAD_ARGUMENT, "joint %zu: the name of its body is longer than %d bytes", i,
-                WIRE_NAME_MAX);
+            return session_fail(
+                c, COLLIDED_BAD_ARGUMENT, "joint %zu: the name of its body is longer than %d bytes", i, WIRE_NAME_MAX);
         *to = (wire_joint){.parent = from->parent,
             .type = (int32_t)from->type,
             .mimic = from->mimics ? from->mimic : -1,
@@ -90,7 +90,8 @@ static collided_status take_answer(check_work *w, const wire_answer *a, size_t f
     size_t count = 0;
     while (wire_extension_next(&rest, &e) && e.id != WIRE_EXTENSION_CHECKED) e.id = 0;
     if (e.id != WIRE_EXTENSION_CHECKED || !wire_checked_read(e.bytes, w->items, &count) || count != asked)
-        return session_fail(w->c, COLLIDED_TRANSPORT, "the answer to a check does not have as many items as were asked");
+        return session_fail(
+            w->c, COLLIDED_TRANSPORT, "the answer to a check does not have as many items as were asked");
     for (*done = 0; *done < count && w->items[*done].verdict < WIRE_CHECK_NOT_DONE; ++*done) {
         const wire_checked *item = &w->items[*done];
         w->out->items[first + *done] = (collided_check_item){.verdict = (collided_verdict)item->verdict,

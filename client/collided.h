@@ -666,13 +666,14 @@ typedef enum collided_joint_type { /* numbers as on the wire */
 typedef struct collided_joint {
     int32_t parent; /* index of a link before this one; -1 = the robot's base */
     collided_joint_type type;
-    collided_pose origin;  /* of the joint at value 0, in the parent's frame */
-    double axis[3];        /* that it turns about (rad) or slides along (m), in its own frame; any length but 0 */
-    double lower, upper;   /* rad or m; of fixed and continuous joints not looked at */
-    bool mimics;           /* its value is that of the joint `mimic`, which moves by itself, times factor, plus offset */
+    collided_pose origin; /* of the joint at value 0, in the parent's frame */
+    double axis[3];       /* that it turns about (rad) or slides along (m), in its own frame; any length but 0 */
+    double lower, upper;  /* rad or m; of fixed and continuous joints not looked at */
+    bool mimics;          /* its value is that of the joint `mimic`, which moves by itself, times factor, plus offset */
     int32_t mimic;
     double factor, offset;
-    const char *body; /* the body that is the link: its frame is the link's. Anybody's; NULL or "" = the link has none */
+    const char
+        *body; /* the body that is the link: its frame is the link's. Anybody's; NULL or "" = the link has none */
 } collided_joint;
 
 /* A kinematic tree whose links are bodies: their shapes, rules, groups and masks are the robot's. */
@@ -682,9 +683,9 @@ typedef struct collided_robot {
     collided_pose base; /* world */
 } collided_robot;
 
-typedef enum collided_verdict {  /* numbers as on the wire */
-    COLLIDED_CHECK_FREE,      /* proven: nothing is within the margin, nowhere on the way */
-    COLLIDED_CHECK_MEETS,     /* proven: something is */
+typedef enum collided_verdict { /* numbers as on the wire */
+    COLLIDED_CHECK_FREE,        /* proven: nothing is within the margin, nowhere on the way */
+    COLLIDED_CHECK_MEETS,       /* proven: something is */
     COLLIDED_CHECK_UNDECIDED, /* neither: the distance is the margin but for rounding, or a body that a link is to keep
                                  away from is stale or held, and may be anywhere. It is not free */
     COLLIDED_CHECK_NOT_DONE   /* the time ran out */
@@ -701,9 +702,9 @@ typedef struct collided_check_options {
 
 typedef struct collided_check_item {
     collided_verdict verdict;
-    double first_lo, first_hi; /* of an edge, from 0 to 1: it is free before first_lo, proven. At first_hi it meets
-                                  something, if it is MEETS */
-    double lo, hi;             /* m, measured: the least distance is in [lo, hi]; else -INFINITY and INFINITY */
+    double first_lo, first_hi;   /* of an edge, from 0 to 1: it is free before first_lo, proven. At first_hi it meets
+                                    something, if it is MEETS */
+    double lo, hi;               /* m, measured: the least distance is in [lo, hi]; else -INFINITY and INFINITY */
     const char *name_a, *name_b; /* who meets, or is in doubt, or is nearest: a link's body, and another link's or an
                                     obstacle; NULL = nobody */
 } collided_check_item;
@@ -722,13 +723,14 @@ collided_check_options collided_check_options_default(void);
 /* How many numbers a configuration has: those of the joints that move and mimic no other, in their order. */
 size_t collided_robot_coordinates(const collided_robot *robot);
 
-/* Are these configurations free of everything that the links' bodies are to keep away from, and of each other? `positions`:
- * count times collided_robot_coordinates numbers, rad or m. Nothing is moved, and no subscriber hears of it. Obstacles
- * stand as the daemon's last tick left them: where many items take several ticks, not all in the same one. What is
- * proven holds for the poses, joints and shapes as given, the joints' values read as real numbers. Method: balls around
- * parts of the links, then exact shapes (daemon/robot/check.h). NULL options = the defaults. COLLIDED_UNSUPPORTED: the
- * robot or a configuration is refused, collided_error says which (a joint beyond its limits, no body of that name).
- * COLLIDED_TIMEOUT: the items that are done are told. `out` is to be freed, whatever is returned. */
+/* Are these configurations free of everything that the links' bodies are to keep away from, and of each other?
+ * `positions`: count times collided_robot_coordinates numbers, rad or m. Nothing is moved, and no subscriber hears of
+ * it. Obstacles stand as the daemon's last tick left them: where many items take several ticks, not all in the same
+ * one. What is proven holds for the poses, joints and shapes as given, the joints' values read as real numbers. Method:
+ * balls around parts of the links, then exact shapes (daemon/robot/check.h). NULL options = the defaults.
+ * COLLIDED_UNSUPPORTED: the robot or a configuration is refused, collided_error says which (a joint beyond its limits,
+ * no body of that name). COLLIDED_TIMEOUT: the items that are done are told. `out` is to be freed, whatever is
+ * returned. */
 collided_status collided_check_states(collided *c, const collided_robot *robot, const collided_check_options *options,
     const double *positions, size_t count, double timeout_s, collided_checked *out);
 

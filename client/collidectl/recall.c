@@ -3,12 +3,13 @@
 
 #include <sysexits.h>
 
-int recall_robot(ctl *c, const store *s, const char *verb, const char *name, store_robot **of, robot *out, double **values)
+int recall_robot(
+    ctl *c, const store *s, const char *verb, const char *name, store_robot **of, robot *out, double **values)
 {
     *of = store_find_robot(s, name);
     if (!*of)
-        return ctl_fail(EX_DATAERR, "%s: no robot '%s' was loaded as '%s': load its URDF first", verb, name,
-            c->options.as);
+        return ctl_fail(
+            EX_DATAERR, "%s: no robot '%s' was loaded as '%s': load its URDF first", verb, name, c->options.as);
     const store_robot *from = *of;
     robot_source *source = pool_alloc(&c->pool, 1, sizeof *source);
     *source = (robot_source){.urdf = from->urdf,

@@ -5,7 +5,9 @@
 #include "loaders/robot.h"
 #include "store.h"
 
-/* The robot of that name, for the verb; its files are read again, into the pool of `c`. 0, or an exit status after saying why not. */
-int recall_robot(ctl *c, const store *s, const char *verb, const char *name, store_robot **of, robot *out, double **values);
+/* The robot of that name, for the verb; its files are read again, into the pool of `c`. 0, or an exit status after
+ * saying why not. */
+int recall_robot(
+    ctl *c, const store *s, const char *verb, const char *name, store_robot **of, robot *out, double **values);
 
 #endif

@@ -46,7 +46,8 @@ static void print_item(const ctl *c, const collided_check_item *item, const char
     }
     printf("%-9s  %s", verdict, from);
     if (to) printf(" -> %s", to);
-    if (to && item->verdict == COLLIDED_CHECK_MEETS) printf("  at %.6f .. %.6f of the way", item->first_lo, item->first_hi);
+    if (to && item->verdict == COLLIDED_CHECK_MEETS)
+        printf("  at %.6f .. %.6f of the way", item->first_lo, item->first_hi);
     if (to && item->verdict == COLLIDED_CHECK_UNDECIDED) printf("  free up to %.6f of the way", item->first_lo);
     if (!to && isfinite(item->hi)) printf("  %.9f .. %.9f m", item->lo, item->hi);
     print_names(item);
@@ -64,9 +65,9 @@ static int ask_and_print(ctl *c, const robot_checked *tree, const double *positi
     for (size_t i = 0; i < items; i++)
         memcpy(numbers + i * (edges ? 2 : 1) * n, positions + i * n, (edges ? 2 : 1) * n * sizeof *numbers);
     collided_checked done;
-    collided_status status = edges
-        ? collided_check_edges(c->client, &tree->robot, &options, numbers, items, c->options.timeout_s, &done)
-        : collided_check_states(c->client, &tree->robot, &options, numbers, items, c->options.timeout_s, &done);
+    collided_status status =
+        edges ? collided_check_edges(c->client, &tree->robot, &options, numbers, items, c->options.timeout_s, &done)
+              : collided_check_states(c->client, &tree->robot, &options, numbers, items, c->options.timeout_s, &done);
     int result = status == COLLIDED_UNSUPPORTED || status == COLLIDED_UNKNOWN_ID
                      ? ctl_fail(EX_DATAERR, "check: %s", collided_error(c->client))
                      : ctl_check(c, status, "check");

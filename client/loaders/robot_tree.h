@@ -10,7 +10,8 @@ typedef struct robot_checked {
     size_t coordinates;
 } robot_checked;
 
-/* Its links are the bodies that robot_bodies makes. False, with the report's error: more links than the library takes. */
+/* Its links are the bodies that robot_bodies makes. False, with the report's error: more links than the library takes.
+ */
 bool robot_make_tree(const robot *r, collided_pose base, pool *p, robot_checked *out, load_report *report);
 
 /* From values as robot.h has them to a configuration: `out` has room for `coordinates`. */

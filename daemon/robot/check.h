@@ -3,15 +3,15 @@
  * What is promised. FREE: no point of a link is within `margin_m` of an obstacle that it is to keep away from, nor of a
  * link that it is to keep away from, in the configuration, or anywhere along the edge: proven. MEETS: some are within
  * it, somewhere: proven by exact shapes. UNDECIDED: neither could be proven: the distance is the margin but for
- * rounding and what obstacles are widened by (scene.h), or the limits below were reached. Balls that contain the links decide most, and lie in neither direction:
- * what they leave open is asked of narrow_query.
+ * rounding and what obstacles are widened by (scene.h), or the limits below were reached. Balls that contain the links
+ * decide most, and lie in neither direction: what they leave open is asked of narrow_query.
  *
- * Along an edge the coordinates move linearly with t from 0 to 1: those of continuous joints as given, not by the shorter
- * way. Method: of a ball with clearances d0 and d1 at two times, whose centre moves by the chord c and bends by no more
- * than a (robot_tree_bend), the stretch of length h between them is free if d0 + d1 > |c| + a h^2 / 4: distances from a
- * set change by no more than the point moves, and the centre is within a h^2 / 8 of its chord. What is not proven so is
- * halved, the earliest stretches no sooner than others. (After Quinlan 1994, and Schwarzer, Saha and Latombe 2005, whose
- * bound has the sum of all joints' speeds in place of the chord.)
+ * Along an edge the coordinates move linearly with t from 0 to 1: those of continuous joints as given, not by the
+ * shorter way. Method: of a ball with clearances d0 and d1 at two times, whose centre moves by the chord c and bends by
+ * no more than a (robot_tree_bend), the stretch of length h between them is free if d0 + d1 > |c| + a h^2 / 4:
+ * distances from a set change by no more than the point moves, and the centre is within a h^2 / 8 of its chord. What is
+ * not proven so is halved, the earliest stretches no sooner than others. (After Quinlan 1994, and Schwarzer, Saha and
+ * Latombe 2005, whose bound has the sum of all joints' speeds in place of the chord.)
  *
  * Threads: a robot and a scene are read only; each thread has a scratch of its own. The answer to an item follows from
  * the item, the robot and the scene alone. Nothing reads a clock. */
@@ -62,11 +62,11 @@ typedef enum check_verdict { CHECK_FREE, CHECK_MEETS, CHECK_UNDECIDED, CHECK_NOT
 enum { CHECK_NOBODY = UINT32_MAX };
 
 typedef struct check_request {
-    double margin_m;       /* >= 0 */
-    double resolution_m;   /* an edge's stretch in which nothing moves farther is not halved again; > 0 */
-    bool find_first;       /* of an edge that meets: narrow down where it does so first, to `resolution_m` */
-    bool measure;          /* of a state: its least distance, too */
-    double tolerance_m;    /* to which it is measured */
+    double margin_m;     /* >= 0 */
+    double resolution_m; /* an edge's stretch in which nothing moves farther is not halved again; > 0 */
+    bool find_first;     /* of an edge that meets: narrow down where it does so first, to `resolution_m` */
+    bool measure;        /* of a state: its least distance, too */
+    double tolerance_m;  /* to which it is measured */
 } check_request;
 
 check_request check_request_default(void);
@@ -89,8 +89,8 @@ void check_scratch_destroy(check_scratch *s);
 void check_states(const check_robot *r, const scene *s, const check_request *request, const double *coordinates,
     size_t count, check_scratch *scratch, check_result *results);
 
-/* From one configuration to another. With `times` (room for CHECK_SAMPLES_MAX), the times of the configurations that the
- * proof rests on, ascending, and how many in *time_count. */
+/* From one configuration to another. With `times` (room for CHECK_SAMPLES_MAX), the times of the configurations that
+ * the proof rests on, ascending, and how many in *time_count. */
 void check_edge(const check_robot *r, const scene *s, const check_request *request, const double *from,
     const double *to, check_scratch *scratch, check_result *result, double *times, size_t *time_count);
 

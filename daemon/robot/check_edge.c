@@ -19,12 +19,12 @@ typedef struct edge_sample { /* a configuration on the line */
 } edge_sample;
 
 typedef struct edge_link { /* of this edge */
-    double bend; /* robot_levers_bend */
-    double cap;  /* m: more clearance than any stretch can need */
+    double bend;           /* robot_levers_bend */
+    double cap;            /* m: more clearance than any stretch can need */
 } edge_link;
 
 typedef struct edge_pair { /* of this edge */
-    double bend, way; /* robot_levers_bend, robot_levers_way: of the one link, seen from the other */
+    double bend, way;      /* robot_levers_bend, robot_levers_way: of the one link, seen from the other */
 } edge_pair;
 
 typedef struct edge_piece {
@@ -192,7 +192,8 @@ static void note(edge_work *e, const edge_sample *s, bool meets, uint32_t a, uin
 /* Distances are asked for this closely: proofs lose as much, and no more. */
 #define DEEP_TOLERANCE_M 1e-5
 
-static double deep_shapes(edge_work *e, edge_sample *s, uint32_t a, uint32_t b, uint32_t obstacle, double slack, double within)
+static double deep_shapes(
+    edge_work *e, edge_sample *s, uint32_t a, uint32_t b, uint32_t obstacle, double slack, double within)
 {
     const check_robot *r = e->robot;
     bool of_scene = b == CHECK_NOBODY;
@@ -317,8 +318,8 @@ LANES_INLINE lanes distance_from_segment(const lanes p[3], vec3 u, vec3 d)
 }
 
 /* Balls of b move along segments in a's frame, but for the bend. The least gap, or less. */
-LANES_INLINE double gap_of_pair_any(const check_robot *r, const check_link *a, const check_link *b, const check_frame *b0,
-    const check_frame *b1)
+LANES_INLINE double gap_of_pair_any(
+    const check_robot *r, const check_link *a, const check_link *b, const check_frame *b0, const check_frame *b1)
 {
     double least = INFINITY;
     for (uint32_t i = b->first_ball; i < b->first_ball + b->balls; i++) {
@@ -376,8 +377,10 @@ static bool prove_piece(edge_work *e, const edge_piece *piece, uint64_t *open)
             size_t i = w * 64 + (size_t)__builtin_ctzll(bits);
             edge_sample *s0 = &e->samples.at[piece->from], *s1 = &e->samples.at[piece->to];
             bool proven = i < r->links.count ? prove_link(e, s0, s1, i) : prove_pair(e, s0, s1, i - r->links.count);
-            if (proven) open[w] &= ~(1ull << (i & 63));
-            else left = true;
+            if (proven)
+                open[w] &= ~(1ull << (i & 63));
+            else
+                left = true;
         }
     return left;
 }
@@ -391,7 +394,8 @@ static bool is_worth_halving(const edge_work *e, const edge_piece *piece, const 
         if (!is_open(open, i)) continue;
         const check_between *p = i < r->links.count ? NULL : &r->between.at[i - r->links.count];
         const check_link *l = p ? NULL : &r->links.at[i];
-        double way = robot_levers_way(&r->levers.at[p ? p->first_joint : l->first_lever], p ? p->joints : l->levers, e->change);
+        double way =
+            robot_levers_way(&r->levers.at[p ? p->first_joint : l->first_lever], p ? p->joints : l->levers, e->change);
         if (way * h > e->request->resolution_m) return true;
     }
     return false;

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 typedef struct measure_candidate {
-    double below; /* a lower bound */
+    double below;           /* a lower bound */
     uint32_t link, between; /* one of them is CHECK_NOBODY */
 } measure_candidate;
 
@@ -121,9 +121,12 @@ void check_measure(const check_robot *r, const scene *s, const check_request *re
     result->lo = result->hi = INFINITY;
     for (size_t i = 0; i < candidates.count; i++) {
         const measure_candidate *c = &candidates.at[i];
-        if (c->below > 0 && c->below >= result->hi) break; /* and so are all behind it. How deep balls are says little */
-        if (c->link != CHECK_NOBODY) measure_link(w, &r->links.at[c->link]);
-        else measure_pair(w, &r->between.at[c->between]);
+        if (c->below > 0 && c->below >= result->hi)
+            break; /* and so are all behind it. How deep balls are says little */
+        if (c->link != CHECK_NOBODY)
+            measure_link(w, &r->links.at[c->link]);
+        else
+            measure_pair(w, &r->between.at[c->between]);
     }
     result->lo = fmin(result->lo, result->hi);
     array_free(&candidates);

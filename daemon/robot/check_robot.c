@@ -92,7 +92,8 @@ check_robot *check_robot_create(const robot_tree *tree, const check_shape *shape
     if (*fault != CHECK_FINE) return NULL;
     check_robot *r = base_zalloc(1, sizeof *r);
     r->tree = tree;
-    for (uint32_t link = 0; link < links && *fault == CHECK_FINE; link++) *fault = add_link(r, link, shapes, shape_count);
+    for (uint32_t link = 0; link < links && *fault == CHECK_FINE; link++)
+        *fault = add_link(r, link, shapes, shape_count);
     for (size_t i = 0; i < r->links.count; i++) {
         check_link *l = &r->links.at[i];
         l->slack = robot_tree_slack(tree, l->link, l->reach) + CHECK_OFF * r->reach;

@@ -7,17 +7,17 @@
 
 enum { CHECK_CACHES = 1024 };
 
-/* A link that has shapes. Balls are in the turned frame (robot_tree_inner), in fours: places beyond the last ball repeat
- * it. */
+/* A link that has shapes. Balls are in the turned frame (robot_tree_inner), in fours: places beyond the last ball
+ * repeat it. */
 typedef struct check_link {
     uint32_t link;
     cover_ball whole;
     uint32_t first_ball, balls; /* in robot.x, y, z, radius; a multiple of four places */
     uint32_t first_shape, shapes;
-    double reach;   /* m: from the link's origin to the farthest point of shapes and balls */
-    double extent;  /* m: from the centre of `whole` to the farthest point of shapes and balls */
-    double fatness; /* m: the largest of its balls */
-    double slack;   /* m: what is to be kept beyond the margin for rounding */
+    double reach;                 /* m: from the link's origin to the farthest point of shapes and balls */
+    double extent;                /* m: from the centre of `whole` to the farthest point of shapes and balls */
+    double fatness;               /* m: the largest of its balls */
+    double slack;                 /* m: what is to be kept beyond the margin for rounding */
     uint32_t first_lever, levers; /* in robot.levers */
 } check_link;
 
@@ -50,7 +50,7 @@ typedef struct check_frame { /* columns of a link's turned frame, and its origin
 
 struct check_scratch {
     narrow_scratch *narrow;
-    check_cache *caches; /* CHECK_CACHES */
+    check_cache *caches;   /* CHECK_CACHES */
     ARRAY(uint8_t) marked; /* of each definition of the scene: is it in `sources`? */
     ARRAY(uint32_t) sources, found;
     void *edge; /* check_edge.c's */
@@ -70,8 +70,8 @@ void check_near_end(check_near *near);
 
 static inline vec3 frame_point(const check_frame *f, vec3 v)
 {
-    return vec(f->p.x + (f->x.x * v.x + f->y.x * v.y + f->z.x * v.z), f->p.y + (f->x.y * v.x + f->y.y * v.y + f->z.y * v.z),
-        f->p.z + (f->x.z * v.x + f->y.z * v.y + f->z.z * v.z));
+    return vec(f->p.x + (f->x.x * v.x + f->y.x * v.y + f->z.x * v.z),
+        f->p.y + (f->x.y * v.x + f->y.y * v.y + f->z.y * v.z), f->p.z + (f->x.z * v.x + f->y.z * v.y + f->z.z * v.z));
 }
 
 /* Four balls of a link at a frame: their centres. */

@@ -37,8 +37,8 @@ static pose shape_pose(state_work *w, uint32_t shape)
 }
 
 /* One verdict more. An item that meets stays so; one in doubt may still meet elsewhere. */
-static void conclude(state_work *w, double lo, double hi, double free_above, double meets_at, uint32_t a, uint32_t b,
-    uint32_t obstacle)
+static void conclude(
+    state_work *w, double lo, double hi, double free_above, double meets_at, uint32_t a, uint32_t b, uint32_t obstacle)
 {
     check_result *out = w->result;
     if (lo > free_above || out->verdict == CHECK_MEETS) return;
@@ -128,15 +128,16 @@ LANES_INLINE void whole_centre(const robot_frames *f, vec3 v, lanes out[3])
     for (int k = 0; k < 3; k++) out[k] = f->x[k] * v.x + f->y[k] * v.y + f->z[k] * v.z + f->p[k];
 }
 
-LANES_INLINE void coarse_any(const check_robot *r, const scene *s, const check_request *request,
-    const robot_frames *frames, coarse_open *open)
+LANES_INLINE void coarse_any(
+    const check_robot *r, const scene *s, const check_request *request, const robot_frames *frames, coarse_open *open)
 {
     lanes centre[ROBOT_LINKS_MAX][3];
     lane_mask all = {0};
     for (size_t i = 0; i < r->links.count; i++) {
         const check_link *l = &r->links.at[i];
         whole_centre(&frames[l->link], l->whole.centre, centre[i]);
-        lanes limit = (lanes){0} + (request->margin_m + l->slack), clearance = limit, radius = (lanes){0} + l->whole.radius;
+        lanes limit = (lanes){0} + (request->margin_m + l->slack), clearance = limit,
+              radius = (lanes){0} + l->whole.radius;
         scene_clearance(s, l->link, centre[i], &radius, &clearance);
         all |= open->links[i] = clearance < limit;
     }
@@ -150,13 +151,13 @@ LANES_INLINE void coarse_any(const check_robot *r, const scene *s, const check_r
     open->any = all;
 }
 
-static void coarse_plain(const check_robot *r, const scene *s, const check_request *request,
-    const robot_frames *frames, coarse_open *open)
+static void coarse_plain(
+    const check_robot *r, const scene *s, const check_request *request, const robot_frames *frames, coarse_open *open)
 {
     coarse_any(r, s, request, frames, open);
 }
-LANES_WHOLE static void coarse_wide(const check_robot *r, const scene *s, const check_request *request,
-    const robot_frames *frames, coarse_open *open)
+LANES_WHOLE static void coarse_wide(
+    const check_robot *r, const scene *s, const check_request *request, const robot_frames *frames, coarse_open *open)
 {
     coarse_any(r, s, request, frames, open);
 }
@@ -174,9 +175,16 @@ static void check_four(const check_robot *r, const scene *s, const check_request
     coarse_open open;
     (lanes_wide() ? coarse_wide : coarse_plain)(r, s, request, frames, &open);
     for (int k = 0; k < count; k++) {
-        results[k] = (check_result){CHECK_FREE, 0, 0, -INFINITY, INFINITY, CHECK_NOBODY, CHECK_NOBODY, CHECK_NOBODY, 1, 0};
-        state_work w = {.robot = r, .scene = s, .request = request, .scratch = scratch, .frames = frames, .lane = k,
-            .coordinates = coordinates + (size_t)k * n, .result = &results[k]};
+        results[k] =
+            (check_result){CHECK_FREE, 0, 0, -INFINITY, INFINITY, CHECK_NOBODY, CHECK_NOBODY, CHECK_NOBODY, 1, 0};
+        state_work w = {.robot = r,
+            .scene = s,
+            .request = request,
+            .scratch = scratch,
+            .frames = frames,
+            .lane = k,
+            .coordinates = coordinates + (size_t)k * n,
+            .result = &results[k]};
         for (size_t i = 0; open.any[k] && i < r->links.count && results[k].verdict != CHECK_MEETS; i++)
             if (open.links[i][k]) decide_link(&w, &r->links.at[i]);
         for (size_t i = 0; open.any[k] && i < r->between.count && results[k].verdict != CHECK_MEETS; i++)
@@ -190,5 +198,6 @@ void check_states(const check_robot *r, const scene *s, const check_request *req
 {
     size_t n = robot_tree_coordinates(r->tree);
     for (size_t i = 0; i < count; i += LANES)
-        check_four(r, s, request, coordinates + i * n, count - i < LANES ? (int)(count - i) : LANES, scratch, results + i);
+        check_four(
+            r, s, request, coordinates + i * n, count - i < LANES ? (int)(count - i) : LANES, scratch, results + i);
 }

@@ -92,7 +92,8 @@ static void cover_edges(const edges *e, double rounding, const transform *at, co
     points p = {0};
     for (int k = 0; k < slabs; k++) {
         /* Neighbours share their plane's value, so nothing lies between; the last one ends where the shape does. */
-        double low = first + length * k / slabs, high = k + 1 < slabs ? first + length * (k + 1) / slabs : component(hi, axis);
+        double low = first + length * k / slabs,
+               high = k + 1 < slabs ? first + length * (k + 1) / slabs : component(hi, axis);
         p.array.count = 0;
         for (size_t i = 0; i + 1 < e->ends.count; i += 2)
             clip_edge(e->ends.at[i], e->ends.at[i + 1], axis, low, high, &p);
@@ -139,14 +140,17 @@ static double girth(const shape *s, double low, double high)
 {
     double r = fmax(s->half.x, s->half.y);
     switch (s->type) {
-    case SHAPE_CAPSULE: return 0;
-    case SHAPE_CONE: return s->half.z > 0 ? r * (s->half.z - low) / (2 * s->half.z) : r;
+    case SHAPE_CAPSULE:
+        return 0;
+    case SHAPE_CONE:
+        return s->half.z > 0 ? r * (s->half.z - low) / (2 * s->half.z) : r;
     case SHAPE_ELLIPSOID: {
         double h = low <= 0 && high >= 0 ? 0 : fmin(fabs(low), fabs(high));
         double part = s->half.z > 0 ? fmin(1, h / s->half.z) : 0;
         return r * sqrt(1 - part * part) * (1 + 0x1p-40);
     }
-    default: return r;
+    default:
+        return r;
     }
 }
 
@@ -181,15 +185,22 @@ bool cover_shape(const shape *s, pose at, cover *out)
 {
     transform t = pose_transform(at);
     switch (s->type) {
-    case SHAPE_HALFSPACE: return false;
+    case SHAPE_HALFSPACE:
+        return false;
     case SHAPE_SPHERE: {
         cover_ball ball = {VEC_ZERO, 0};
         put(&ball, s->radius, &t, out);
         return true;
     }
-    case SHAPE_BOX: cover_box(s, &t, out); return true;
-    case SHAPE_HULL: cover_hull(s->hull, s->radius, &t, out); return true;
-    case SHAPE_MESH: cover_mesh(s->mesh, s->radius, &t, out); return true;
+    case SHAPE_BOX:
+        cover_box(s, &t, out);
+        return true;
+    case SHAPE_HULL:
+        cover_hull(s->hull, s->radius, &t, out);
+        return true;
+    case SHAPE_MESH:
+        cover_mesh(s->mesh, s->radius, &t, out);
+        return true;
     case SHAPE_COMPOUND:
         for (uint32_t i = 0; i < s->compound->child_count; i++) {
             const compound_child *child = &s->compound->children[i];
@@ -198,7 +209,9 @@ bool cover_shape(const shape *s, pose at, cover *out)
             if (!cover_shape(&part, pose_mul(at, child->local), out)) return false;
         }
         return true;
-    default: cover_revolved(s, &t, out); return true;
+    default:
+        cover_revolved(s, &t, out);
+        return true;
     }
 }
 

@@ -20,8 +20,10 @@ typedef struct core_box {
 static core_box core_box_of(const shape *s)
 {
     switch (s->type) {
-    case SHAPE_SPHERE: return (core_box){VEC_ZERO, VEC_ZERO};
-    case SHAPE_CAPSULE: return (core_box){VEC_ZERO, vec(0, 0, s->half.z)};
+    case SHAPE_SPHERE:
+        return (core_box){VEC_ZERO, VEC_ZERO};
+    case SHAPE_CAPSULE:
+        return (core_box){VEC_ZERO, vec(0, 0, s->half.z)};
     case SHAPE_HULL:
     case SHAPE_MESH:
     case SHAPE_COMPOUND: {
@@ -32,8 +34,10 @@ static core_box core_box_of(const shape *s)
         double more = 0x1p-50 * vec_max_abs(middle);
         return (core_box){middle, vec_add(half, vec(more, more, more))};
     }
-    case SHAPE_HALFSPACE: return (core_box){VEC_ZERO, VEC_ZERO};
-    default: return (core_box){VEC_ZERO, s->half};
+    case SHAPE_HALFSPACE:
+        return (core_box){VEC_ZERO, VEC_ZERO};
+    default:
+        return (core_box){VEC_ZERO, s->half};
     }
 }
 
@@ -107,8 +111,7 @@ static void arrange(scene *s, scene_obstacle *at, uint32_t count, by_axis *keys,
     double lo[3], hi[3];
     memcpy(lo, at[0].centre, sizeof lo), memcpy(hi, at[0].centre, sizeof hi);
     for (uint32_t i = 1; i < count; i++)
-        for (int k = 0; k < 3; k++)
-            lo[k] = fmin(lo[k], at[i].centre[k]), hi[k] = fmax(hi[k], at[i].centre[k]);
+        for (int k = 0; k < 3; k++) lo[k] = fmin(lo[k], at[i].centre[k]), hi[k] = fmax(hi[k], at[i].centre[k]);
     int axis = 0;
     for (int k = 1; k < 3; k++)
         if (hi[k] - lo[k] > hi[axis] - lo[axis]) axis = k;
@@ -134,8 +137,10 @@ scene *scene_create(const scene_obstacle_def *defs, size_t count, double reach)
     for (size_t i = 0; i < count; i++) {
         scene_obstacle o = prepare_obstacle(&defs[i], (uint32_t)i);
         vec3 c = vec(o.centre[0], o.centre[1], o.centre[2]);
-        if (o.form == SCENE_HALFSPACE) endless++;
-        else if (vec_norm(c) * (1 - OFF) - o.bound <= reach) s->obstacles[bounded++] = o;
+        if (o.form == SCENE_HALFSPACE)
+            endless++;
+        else if (vec_norm(c) * (1 - OFF) - o.bound <= reach)
+            s->obstacles[bounded++] = o;
     }
     s->obstacle_count = bounded;
     if (bounded > 0) {
@@ -205,7 +210,8 @@ LANES_INLINE lanes distance_to(const scene_obstacle *o, const lanes c[3])
         r = lanes_above_zero(r);
         return lanes_sqrt(r * r + z * z);
     }
-    lanes x = lanes_above_zero(lanes_abs(local[0]) - o->half[0]), y = lanes_above_zero(lanes_abs(local[1]) - o->half[1]);
+    lanes x = lanes_above_zero(lanes_abs(local[0]) - o->half[0]),
+          y = lanes_above_zero(lanes_abs(local[1]) - o->half[1]);
     return lanes_sqrt(x * x + y * y + z * z);
 }
 

@@ -46,7 +46,8 @@ typedef struct scene {
     size_t group_count;
 } scene;
 
-/* Obstacles whose boxes do not come within `reach` of the base's origin are left out: nothing of the robot is ever there.
+/* Obstacles whose boxes do not come within `reach` of the base's origin are left out: nothing of the robot is ever
+ * there.
  */
 scene *scene_create(const scene_obstacle_def *defs, size_t count, double reach);
 void scene_destroy(scene *s);

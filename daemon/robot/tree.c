@@ -91,8 +91,8 @@ static void prepare(robot_tree *t, size_t i)
     const robot_joint *g = &j->given;
     j->inner = is_movable(g->type) ? turn_to_z(vec_unit(g->axis)) : (quat){1, 0, 0, 0};
     quat outer = g->parent < 0 ? (quat){1, 0, 0, 0} : t->joints[g->parent].inner;
-    pose fixed = {quat_rotate(outer, g->origin.p),
-        quat_mul(outer, quat_mul(quat_unit(g->origin.q), quat_conj(j->inner)))};
+    pose fixed = {
+        quat_rotate(outer, g->origin.p), quat_mul(outer, quat_mul(quat_unit(g->origin.q), quat_conj(j->inner)))};
     j->fixed = pose_transform(fixed);
     j->step = (vec_norm(g->origin.p) + travel(g)) * (1 + 0x1p-40);
     j->depth = g->parent < 0 ? 1 : t->joints[g->parent].depth + 1;

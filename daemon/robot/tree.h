@@ -25,8 +25,8 @@ typedef enum robot_joint_type { ROBOT_FIXED, ROBOT_REVOLUTE, ROBOT_CONTINUOUS, R
 typedef struct robot_joint {
     int32_t parent; /* link; -1 = the base */
     robot_joint_type type;
-    pose origin; /* of the joint in the parent's frame; |q| = 1 but for 1e-6, and is divided by its norm */
-    vec3 axis;   /* not zero; its length does not matter. Of a fixed joint it is not looked at */
+    pose origin;         /* of the joint in the parent's frame; |q| = 1 but for 1e-6, and is divided by its norm */
+    vec3 axis;           /* not zero; its length does not matter. Of a fixed joint it is not looked at */
     double lower, upper; /* rad or m; of a continuous or fixed joint not looked at */
     int32_t mimic;       /* the joint whose value times `factor` plus `offset` is this one's; -1 = none */
     double factor, offset;
@@ -68,9 +68,9 @@ size_t robot_tree_beyond(const robot_tree *t, const double *coordinates);
 void robot_tree_forward(const robot_tree *t, const double *coordinates, pose *out);
 
 /* m: no point of a link that is within `reach` of the link's origin is farther from where the real numbers would have
- * it. Each level of the tree multiplies matrices of entries up to 1 (3 products: 6 roundoffs), takes a sine and a cosine
- * within TURN_ERROR (4 roundoffs), a quaternion's matrix (16), and adds a rotated offset: less than 64 roundoffs of all
- * lengths from the base to the point a level. */
+ * it. Each level of the tree multiplies matrices of entries up to 1 (3 products: 6 roundoffs), takes a sine and a
+ * cosine within TURN_ERROR (4 roundoffs), a quaternion's matrix (16), and adds a rotated offset: less than 64 roundoffs
+ * of all lengths from the base to the point a level. */
 double robot_tree_slack(const robot_tree *t, size_t link, double reach);
 
 /* m: no point of the link that is within `reach` of its origin is ever farther from the base's origin, whatever the
@@ -87,13 +87,13 @@ typedef struct robot_lever {
     bool turns;
 } robot_lever;
 
-/* The joints that move points of `link` within `reach` of its origin against another link (`from`; -1 = the base), in the
- * order from that one to this one. `out` has room for 2 ROBOT_LINKS_MAX; how many there are. */
+/* The joints that move points of `link` within `reach` of its origin against another link (`from`; -1 = the base), in
+ * the order from that one to this one. `out` has room for 2 ROBOT_LINKS_MAX; how many there are. */
 size_t robot_tree_levers(const robot_tree *t, int32_t from, uint32_t link, double reach, robot_lever *out);
 
 /* An upper bound of |d^2 x / dt^2| for such a point x, in the frame of the first link, while the coordinates move by
- * `change` with t from 0 to 1 (m): the sum over pairs of joints of the products of their changes, times the lever of the
- * one nearer to the point. So x stays within this times h^2 / 8 of the chord of any stretch of length h. */
+ * `change` with t from 0 to 1 (m): the sum over pairs of joints of the products of their changes, times the lever of
+ * the one nearer to the point. So x stays within this times h^2 / 8 of the chord of any stretch of length h. */
 double robot_levers_bend(const robot_lever *levers, size_t count, const double *change);
 
 /* An upper bound of how far it moves (m). */

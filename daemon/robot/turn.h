@@ -1,8 +1,8 @@
 /* turn: sine and cosine of a joint's angle, four side by side, without libm, so that every machine gets the same bits.
  *
- * The angle is reduced by multiples of a right angle in three parts (Cody and Waite), each product of which is exact for
- * up to 2^20 of them; then the polynomials of fdlibm (Sun Microsystems, k_sin.c and k_cos.c), whose error is below one
- * roundoff on [-pi/4, pi/4]. All in all a result is within TURN_ERROR of the truth. Pure; any thread. */
+ * The angle is reduced by multiples of a right angle in three parts (Cody and Waite), each product of which is exact
+ * for up to 2^20 of them; then the polynomials of fdlibm (Sun Microsystems, k_sin.c and k_cos.c), whose error is below
+ * one roundoff on [-pi/4, pi/4]. All in all a result is within TURN_ERROR of the truth. Pure; any thread. */
 #ifndef COLLIDED_ROBOT_TURN_H
 #define COLLIDED_ROBOT_TURN_H
 

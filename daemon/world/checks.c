@@ -34,15 +34,16 @@ void checks_free(world *w)
 
 static bool same_joint(const robot_joint *a, const robot_joint *b)
 {
-    return a->parent == b->parent && a->type == b->type && pose_same(a->origin, b->origin) && vec_equal(a->axis, b->axis) &&
-           a->lower == b->lower && a->upper == b->upper && a->mimic == b->mimic && a->factor == b->factor &&
-           a->offset == b->offset;
+    return a->parent == b->parent && a->type == b->type && pose_same(a->origin, b->origin) &&
+           vec_equal(a->axis, b->axis) && a->lower == b->lower && a->upper == b->upper && a->mimic == b->mimic &&
+           a->factor == b->factor && a->offset == b->offset;
 }
 
 static bool is_ready(const world *w, const world_check_def *def)
 {
     const world_checks *c = w->checks;
-    if (!c || c->key.shapes != w->shapes_edition || c->key.rulings != w->ruling || c->key.joint_count != def->joint_count)
+    if (!c || c->key.shapes != w->shapes_edition || c->key.rulings != w->ruling ||
+        c->key.joint_count != def->joint_count)
         return false;
     for (size_t i = 0; i < def->joint_count; i++)
         if (c->key.bodies[i] != def->bodies[i] || !same_joint(&c->key.joints[i], &def->joints[i])) return false;
@@ -58,7 +59,8 @@ static const char *fault_text(check_fault fault)
 {
     static const char *const texts[] = {[CHECK_FINE] = "is in order",
         [CHECK_TOO_MANY_SHAPES] = "has more than 1024 shapes",
-        [CHECK_TOO_MANY_PAIRS] = "has more than 1024 pairs of links that are to keep apart: let a rule allow those that cannot meet",
+        [CHECK_TOO_MANY_PAIRS] =
+            "has more than 1024 pairs of links that are to keep apart: let a rule allow those that cannot meet",
         [CHECK_NO_SUCH_LINK] = "names a link that is not there",
         [CHECK_ENDLESS_SHAPE] = "has a half-space as a link",
         [CHECK_TOO_LARGE] = "is larger than 1e6 m"};
@@ -133,8 +135,10 @@ static void look_up_terms(checks_scene *s, uint32_t body)
     s->all_ignore = true;
     memset(s->ignored, 0, sizeof s->ignored);
     for (size_t i = 0; i < s->def->joint_count; i++) {
-        if (are_to_keep_apart(s->w, s->def->bodies[i], body)) s->all_ignore = false;
-        else s->ignored[i >> 6] |= 1ull << (i & 63);
+        if (are_to_keep_apart(s->w, s->def->bodies[i], body))
+            s->all_ignore = false;
+        else
+            s->ignored[i >> 6] |= 1ull << (i & 63);
     }
 }
 
@@ -185,7 +189,8 @@ static uint32_t body_of_shape(const world_checks *c, uint32_t shape)
 static void write_item(
     const world_checks *c, const checks_scene *s, const check_result *r, bool unknown, world_check_item *out)
 {
-    *out = (world_check_item){r->verdict, r->first_lo, r->first_hi, r->lo, r->hi, body_of_shape(c, r->shape_a), WORLD_NONE};
+    *out = (world_check_item){
+        r->verdict, r->first_lo, r->first_hi, r->lo, r->hi, body_of_shape(c, r->shape_a), WORLD_NONE};
     out->body_b = r->obstacle == CHECK_NOBODY ? body_of_shape(c, r->shape_b) : s->bodies.at[r->obstacle];
     if (!unknown) return;
     if (out->verdict == CHECK_FREE) out->verdict = CHECK_UNDECIDED;
@@ -217,12 +222,15 @@ static void run_items(const world_check_def *def, const world_check_patience *pa
         size_t count = def->items - i < step ? def->items - i : step;
         check_result results[STATES_A_TIME];
         if (patience->go_on && !patience->go_on(patience->context)) {
-            for (; i < def->items; i++) out[i] = (world_check_item){.verdict = CHECK_NOT_DONE, .body_a = WORLD_NONE, .body_b = WORLD_NONE};
+            for (; i < def->items; i++)
+                out[i] = (world_check_item){.verdict = CHECK_NOT_DONE, .body_a = WORLD_NONE, .body_b = WORLD_NONE};
             return;
         }
         const double *q = def->coordinates + i * n * (def->edges ? 2 : 1);
-        if (def->edges) check_edge(c->robot, ready, &def->request, q, q + n, c->scratch, results, NULL, NULL);
-        else check_states(c->robot, ready, &def->request, q, count, c->scratch, results);
+        if (def->edges)
+            check_edge(c->robot, ready, &def->request, q, q + n, c->scratch, results, NULL, NULL);
+        else
+            check_states(c->robot, ready, &def->request, q, count, c->scratch, results);
         for (size_t k = 0; k < count; k++) write_item(c, s, &results[k], unknown, &out[i + k]);
     }
 }
@@ -242,8 +250,8 @@ bool world_check(world *w, const world_check_def *def, const world_check_patienc
     size_t unknown;
     const char *first = find_unknown(w, def, &unknown);
     if (first)
-        snprintf(text, text_size, "%zu bodies are stale or held and may be anywhere, \"%.127s\" among them: nothing is free",
-            unknown, first);
+        snprintf(text, text_size,
+            "%zu bodies are stale or held and may be anywhere, \"%.127s\" among them: nothing is free", unknown, first);
     run_items(def, patience, c, &s, ready, first != NULL, out);
     scene_destroy(ready);
     array_free(&s.defs);

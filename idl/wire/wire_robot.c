@@ -1,4 +1,5 @@
-/* wire_robot: see wire_robot.h. Numbers lie as they do in memory: all processors that this runs on are little-endian. */
+/* wire_robot: see wire_robot.h. Numbers lie as they do in memory: all processors that this runs on are little-endian.
+ */
 #include "wire_robot.h"
 #include "wire_rules.h"
 
@@ -115,8 +116,10 @@ static wire_reason check_head(const wire_robot_question *q, wire_refusal *why)
     if (!(q->tolerance_m >= 0 && q->tolerance_m <= 1e6))
         FAIL(WIRE_BAD_SIZE, "check: tolerance_m is %g: 0 to 1e6", q->tolerance_m);
     if (!all_finite(q->base, 7)) FAIL(WIRE_BAD_NUMBER, "check: the base's pose is not finite");
-    double norm2 = q->base[3] * q->base[3] + q->base[4] * q->base[4] + q->base[5] * q->base[5] + q->base[6] * q->base[6];
-    if (!(fabs(norm2 - 1) <= 2e-6)) FAIL(WIRE_BAD_ROTATION, "check: the base's orientation has the squared length %g", norm2);
+    double norm2 =
+        q->base[3] * q->base[3] + q->base[4] * q->base[4] + q->base[5] * q->base[5] + q->base[6] * q->base[6];
+    if (!(fabs(norm2 - 1) <= 2e-6))
+        FAIL(WIRE_BAD_ROTATION, "check: the base's orientation has the squared length %g", norm2);
     return WIRE_OK;
 }
 
@@ -138,7 +141,8 @@ wire_reason wire_robot_read(
     size_t each = wire_robot_numbers(q, joints), count = each * (size_t)q->item_count;
     if (count > WIRE_CHECK_NUMBERS_MAX)
         FAIL(WIRE_TOO_LARGE, "check: %zu numbers: at most %d", count, WIRE_CHECK_NUMBERS_MAX);
-    if (r.left != 8 * count) FAIL(WIRE_MALFORMED, "check: %zu octets of numbers: %zu for %zu of them", r.left, 8 * count, count);
+    if (r.left != 8 * count)
+        FAIL(WIRE_MALFORMED, "check: %zu octets of numbers: %zu for %zu of them", r.left, 8 * count, count);
     take(&r, numbers, 8 * count);
     if (!all_finite(numbers, count)) FAIL(WIRE_BAD_NUMBER, "check: a coordinate is not finite");
     return WIRE_OK;

@@ -25,9 +25,9 @@ enum {
 
 /* A link, and the joint that moves it. */
 typedef struct wire_joint {
-    int32_t parent; /* a link before this one; -1 = the base */
-    int32_t type;   /* WIRE_JOINT_* */
-    int32_t mimic;  /* the joint whose value it takes, times factor, plus offset; -1 = none */
+    int32_t parent;            /* a link before this one; -1 = the base */
+    int32_t type;              /* WIRE_JOINT_* */
+    int32_t mimic;             /* the joint whose value it takes, times factor, plus offset; -1 = none */
     double origin[7], axis[3]; /* position, orientation; in the parent's frame. The axis in the joint's */
     double lower, upper, factor, offset;
     char body[WIRE_NAME_MAX + 1]; /* the link's; "" = none */

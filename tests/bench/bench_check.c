@@ -1,7 +1,8 @@
 /* bench_check: configurations and edges of a robot, tried out by world_check as the service calls it: the shared
- * folder's motion problems (the Panda, its meshes as hulls), or, where that is not there, the project's own arm among 20
- * boxes and cylinders. Edges of 1 rad (the length of the change of all joints) begin at free configurations. Each free
- * edge is sampled densely by the narrow phase's own queries, all pairs: "missed" counts those at which something is met.
+ * folder's motion problems (the Panda, its meshes as hulls), or, where that is not there, the project's own arm among
+ * 20 boxes and cylinders. Edges of 1 rad (the length of the change of all joints) begin at free configurations. Each
+ * free edge is sampled densely by the narrow phase's own queries, all pairs: "missed" counts those at which something
+ * is met.
  * --full: more of all. One thread. */
 #include "base/clock.h"
 #include "bench.h"
@@ -56,7 +57,8 @@ static double drawn(arm *a, double lo, double hi)
 
 static robot_source find_source(bool *shared)
 {
-    static const load_package package = {"moveit_resources_panda_description", BENCH_SHARED "/robots/panda/panda_description"};
+    static const load_package package = {
+        "moveit_resources_panda_description", BENCH_SHARED "/robots/panda/panda_description"};
     const robot_source panda = {.urdf = BENCH_SHARED "/robots/panda/panda_description/urdf/panda.urdf",
         .srdf = BENCH_SHARED "/robots/panda/panda_moveit_config/config/panda.srdf",
         .packages = &package,
@@ -70,8 +72,10 @@ static void make_joint(arm *a, size_t place, const int *places, int of)
 {
     const urdf *u = &a->robot.model;
     const urdf_joint *j = &u->joints[of];
-    static const robot_joint_type types[] = {[URDF_FIXED] = ROBOT_FIXED, [URDF_REVOLUTE] = ROBOT_REVOLUTE,
-        [URDF_CONTINUOUS] = ROBOT_CONTINUOUS, [URDF_PRISMATIC] = ROBOT_PRISMATIC};
+    static const robot_joint_type types[] = {[URDF_FIXED] = ROBOT_FIXED,
+        [URDF_REVOLUTE] = ROBOT_REVOLUTE,
+        [URDF_CONTINUOUS] = ROBOT_CONTINUOUS,
+        [URDF_PRISMATIC] = ROBOT_PRISMATIC};
     int above = u->links[j->parent].joint;
     a->joints[place] = (robot_joint){.parent = above < 0 ? 0 : places[above],
         .type = types[j->type],
@@ -124,7 +128,14 @@ static void put_obstacle(arm *a, shape s, pose at)
     char name[32];
     world_shape one = {.shape = s, .local = POSE_IDENTITY};
     snprintf(name, sizeof name, "obstacle %zu", a->obstacle_count);
-    world_body def = {.name = name, .group = "", .category = 1, .mask = 1, .pose = at, .shapes = &one, .shape_count = 1, .fixed = true};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = 1,
+        .pose = at,
+        .shapes = &one,
+        .shape_count = 1,
+        .fixed = true};
     uint32_t id = WORLD_NONE;
     must(a->obstacle_count < BOXES_MAX, "a scene has too many bodies");
     world_put_body(a->w, &id, &def);
@@ -149,7 +160,8 @@ static void random_scene(arm *a)
 {
     for (int i = 0; i < 20; i++) {
         double around = drawn(a, 0, 6.28), far = drawn(a, 0.35, 0.9);
-        shape s = {.type = i % 3 ? SHAPE_BOX : SHAPE_CYLINDER, .half = {drawn(a, 0.02, 0.08), drawn(a, 0.02, 0.08), drawn(a, 0.02, 0.15)}};
+        shape s = {.type = i % 3 ? SHAPE_BOX : SHAPE_CYLINDER,
+            .half = {drawn(a, 0.02, 0.08), drawn(a, 0.02, 0.08), drawn(a, 0.02, 0.15)}};
         if (i % 3 == 0) s.half.y = s.half.x;
         put_obstacle(a, s, (pose){{far * cos(around), far * sin(around), drawn(a, 0, 0.9)}, {1, 0, 0, 0}});
     }
@@ -160,8 +172,14 @@ static void random_scene(arm *a)
 static void ask(arm *a, bool edges, const double *q, size_t count, world_check_item *items, score *s)
 {
     char text[256];
-    world_check_def def = {.joints = a->joints, .bodies = a->ids, .joint_count = a->joint_count, .base = POSE_IDENTITY,
-        .request = check_request_default(), .edges = edges, .coordinates = q, .items = count};
+    world_check_def def = {.joints = a->joints,
+        .bodies = a->ids,
+        .joint_count = a->joint_count,
+        .base = POSE_IDENTITY,
+        .request = check_request_default(),
+        .edges = edges,
+        .coordinates = q,
+        .items = count};
     def.request.find_first = false;
     world_check_patience forever = {0};
     int64_t start = clock_thread_ns();
@@ -188,7 +206,8 @@ static bool meets(arm *a, const double *q)
         world_hits hits = {0};
         char text[512];
         if (a->ids[i] == WORLD_NONE) continue;
-        for (size_t k = 0; k < a->obstacle_count; k++) world_query_distance(a->w, a->ids[i], a->obstacles[k], 1e-6, 0, &hits);
+        for (size_t k = 0; k < a->obstacle_count; k++)
+            world_query_distance(a->w, a->ids[i], a->obstacles[k], 1e-6, 0, &hits);
         for (size_t k = i + 1; k < a->joint_count; k++) {
             if (a->ids[k] == WORLD_NONE) continue;
             world_explain(a->w, a->ids[i], a->ids[k], 0, text, sizeof text);
@@ -237,12 +256,14 @@ static void tell(const arm *a, const char *scenes, const score *s, bool json)
 {
     double us = 1e-3 * (double)s->ns / (double)(s->items ? s->items : 1);
     if (json)
-        printf("{\"bench\":\"check\",\"entry\":\"world_check\",\"contender\":\"collided\",\"robot\":\"%s\",\"scenes\":\"%s\",\"kind\":\"%s\","
+        printf("{\"bench\":\"check\",\"entry\":\"world_check\",\"contender\":\"collided\",\"robot\":\"%s\",\"scenes\":"
+               "\"%s\",\"kind\":\"%s\","
                "\"items\":%zu,\"us_an_item\":%.3f,\"free\":%zu,\"meets\":%zu,\"undecided\":%zu,\"missed\":%zu}\n",
-            a->robot.model.name, scenes, s->kind, s->items, us, s->verdicts[0], s->verdicts[1], s->verdicts[2], s->missed);
+            a->robot.model.name, scenes, s->kind, s->items, us, s->verdicts[0], s->verdicts[1], s->verdicts[2],
+            s->missed);
     else
-        printf("%-10s %-10s %-8s %10zu %12.2f %10zu %10zu %10zu %8zu\n", a->robot.model.name, scenes, s->kind, s->items, us,
-            s->verdicts[0], s->verdicts[1], s->verdicts[2], s->missed);
+        printf("%-10s %-10s %-8s %10zu %12.2f %10zu %10zu %10zu %8zu\n", a->robot.model.name, scenes, s->kind, s->items,
+            us, s->verdicts[0], s->verdicts[1], s->verdicts[2], s->missed);
 }
 
 /* ---- scenes of motion problems ---- */
@@ -259,17 +280,21 @@ static void read_line(arm *a, char *line)
     }
     int sizes = count - 7;
     if (sizes < 1) return;
-    pose p = {{v[sizes], v[sizes + 1], v[sizes + 2]}, quat_unit((quat){v[sizes + 3], v[sizes + 4], v[sizes + 5], v[sizes + 6]})};
-    if (strcmp(kind, "box") == 0) put_obstacle(a, (shape){.type = SHAPE_BOX, .half = {v[0] / 2, v[1] / 2, v[2] / 2}}, p);
-    if (strcmp(kind, "cylinder") == 0) put_obstacle(a, (shape){.type = SHAPE_CYLINDER, .half = {v[1], v[1], v[0] / 2}}, p);
+    pose p = {{v[sizes], v[sizes + 1], v[sizes + 2]},
+        quat_unit((quat){v[sizes + 3], v[sizes + 4], v[sizes + 5], v[sizes + 6]})};
+    if (strcmp(kind, "box") == 0)
+        put_obstacle(a, (shape){.type = SHAPE_BOX, .half = {v[0] / 2, v[1] / 2, v[2] / 2}}, p);
+    if (strcmp(kind, "cylinder") == 0)
+        put_obstacle(a, (shape){.type = SHAPE_CYLINDER, .half = {v[1], v[1], v[0] / 2}}, p);
     if (strcmp(kind, "sphere") == 0) put_obstacle(a, (shape){.type = SHAPE_SPHERE, .radius = v[0]}, p);
 }
 
 static void run_problems(arm *a, score *states, score *edges, int most, size_t dense)
 {
     char command[512], line[1024];
-    snprintf(command, sizeof command, "/usr/bin/python3 '%s/check_scenes.py' '%s/cases/motion/panda/problems.tar.bz2' %d",
-        BENCH_SOURCE, BENCH_SHARED, most);
+    snprintf(command, sizeof command,
+        "/usr/bin/python3 '%s/check_scenes.py' '%s/cases/motion/panda/problems.tar.bz2' %d", BENCH_SOURCE, BENCH_SHARED,
+        most);
     FILE *from = popen(command, "r"); /* NOLINT(cert-env33-c): a script of the project's own */
     must(from, "the problems cannot be read");
     while (fgets(line, sizeof line, from)) {
@@ -292,8 +317,8 @@ int main(int argc, char **argv)
     if (!bench_parse(argc, argv, 10, 100, &o)) return 64;
     arm_begin(&a, &shared);
     if (!o.json)
-        printf("%-10s %-10s %-8s %10s %12s %10s %10s %10s %8s\n", "robot", "scenes", "kind", "items", "us an item", "free",
-            "meets", "undecided", "missed");
+        printf("%-10s %-10s %-8s %10s %12s %10s %10s %10s %8s\n", "robot", "scenes", "kind", "items", "us an item",
+            "free", "meets", "undecided", "missed");
     score states = {.kind = "states"}, edges = {.kind = "edges"};
     for (int i = 0; i < (int)fmax(1, o.seconds); i++) {
         random_scene(&a);

@@ -57,8 +57,7 @@ void draw_arm(robot_draw *d)
         at(0.0825, 0, 0, HALF_PI), at(-0.0825, 0.384, 0, -HALF_PI), at(0, 0, 0, HALF_PI), at(0.088, 0, 0, HALF_PI)};
     d->joints[0] = (robot_joint){.parent = -1, .type = ROBOT_FIXED, .origin = POSE_IDENTITY, .mimic = -1};
     for (int i = 0; i < 7; i++)
-        d->joints[1 + i] = (robot_joint){
-            i, ROBOT_REVOLUTE, origins[i], {0, 0, 1}, lower[i], upper[i], -1, 0, 0};
+        d->joints[1 + i] = (robot_joint){i, ROBOT_REVOLUTE, origins[i], {0, 0, 1}, lower[i], upper[i], -1, 0, 0};
     pose hand = {{0, 0, 0.107}, {cos(HALF_PI / 4), 0, 0, -sin(HALF_PI / 4)}};
     d->joints[8] = (robot_joint){.parent = 7, .type = ROBOT_FIXED, .origin = hand, .mimic = -1};
     d->joints[9] = (robot_joint){8, ROBOT_PRISMATIC, at(0, 0, 0.0584, 0), {0, 1, 0}, 0, 0.04, -1, 0, 0};
@@ -98,10 +97,11 @@ void draw_robot(uint64_t *seed, robot_draw *d)
     d->joint_count = 2 + prng_bits(seed) % (DRAW_LINKS - 1);
     for (size_t i = 0; i < d->joint_count; i++) {
         robot_joint *j = &d->joints[i];
-        *j = (robot_joint){.parent = (int32_t)i - 1, .origin = random_pose(seed, prng_bits(seed) % 4 ? 0.3 : 0), .mimic = -1};
+        *j = (robot_joint){
+            .parent = (int32_t)i - 1, .origin = random_pose(seed, prng_bits(seed) % 4 ? 0.3 : 0), .mimic = -1};
         if (i > 0 && prng_bits(seed) % 4 == 0) j->parent = (int32_t)(prng_bits(seed) % (i + 1)) - 1;
-        static const robot_joint_type types[] = {ROBOT_REVOLUTE, ROBOT_REVOLUTE, ROBOT_REVOLUTE, ROBOT_CONTINUOUS,
-            ROBOT_PRISMATIC, ROBOT_FIXED};
+        static const robot_joint_type types[] = {
+            ROBOT_REVOLUTE, ROBOT_REVOLUTE, ROBOT_REVOLUTE, ROBOT_CONTINUOUS, ROBOT_PRISMATIC, ROBOT_FIXED};
         j->type = types[prng_bits(seed) % 6];
         j->axis = prng_bits(seed) % 3 ? vec(0, 0, prng_bits(seed) % 2 ? 1 : -2) : random_unit(seed);
         double most = j->type == ROBOT_PRISMATIC ? 0.3 : 3;
@@ -130,9 +130,14 @@ void draw_scene(uint64_t *seed, double size, size_t count, scene_draw *out)
     for (size_t i = 0; i < count; i++) {
         shape *s = &out->shapes[i];
         switch (prng_bits(seed) % 4) {
-        case 0: *s = rod(0.001, prng_in(seed, 0.1, 1)); break;
-        case 1: *s = random_plain_shape(seed, 0.5); break;
-        default: *s = (shape){.type = SHAPE_BOX, .half = {prng_in(seed, 0.01, 0.3), prng_in(seed, 0.01, 0.2), 0.05}};
+        case 0:
+            *s = rod(0.001, prng_in(seed, 0.1, 1));
+            break;
+        case 1:
+            *s = random_plain_shape(seed, 0.5);
+            break;
+        default:
+            *s = (shape){.type = SHAPE_BOX, .half = {prng_in(seed, 0.01, 0.3), prng_in(seed, 0.01, 0.2), 0.05}};
         }
         if (i == 0 && prng_bits(seed) % 4 == 0) *s = (shape){.type = SHAPE_HALFSPACE};
         out->defs[i] = (scene_obstacle_def){.shape = s, .pose = random_pose(seed, size)};
@@ -150,7 +155,8 @@ void draw_configuration(uint64_t *seed, const robot_tree *tree, double *out)
     }
 }
 
-static void lower_bounds(const shape *a, pose pa, const shape *b, pose pb, narrow_scratch *scratch, double *lo, double *hi)
+static void lower_bounds(
+    const shape *a, pose pa, const shape *b, pose pb, narrow_scratch *scratch, double *lo, double *hi)
 {
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
     narrow_result result;

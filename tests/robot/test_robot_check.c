@@ -27,8 +27,10 @@ typedef struct cell {
 
 static void cell_begin(cell *c, uint64_t *seed, bool arm)
 {
-    if (arm) draw_arm(&c->robot);
-    else draw_robot(seed, &c->robot);
+    if (arm)
+        draw_arm(&c->robot);
+    else
+        draw_robot(seed, &c->robot);
     double reach = check_robot_reach(c->robot.robot);
     draw_scene(seed, arm ? 0.9 : fmin(1.2, 0.5 + 0.3 * reach), 1 + prng_bits(seed) % 20, &c->scene_drawn);
     c->scene = scene_create(c->scene_drawn.defs, c->scene_drawn.count, reach + 1);
@@ -65,9 +67,12 @@ static void states_of(cell *c, uint64_t *seed, size_t counts[3])
     for (size_t i = 0; i < STATES; i++) {
         double lo, hi;
         draw_distance(&c->robot, &c->scene_drawn, q + i * n, &lo, &hi);
-        if (results[i].verdict == CHECK_FREE) assert_true(hi > request.margin_m - NEGLIGIBLE);
-        else if (results[i].verdict == CHECK_MEETS) assert_true(lo <= request.margin_m + NEGLIGIBLE);
-        else assert_true(fabs(lo - request.margin_m) < 1e-6);
+        if (results[i].verdict == CHECK_FREE)
+            assert_true(hi > request.margin_m - NEGLIGIBLE);
+        else if (results[i].verdict == CHECK_MEETS)
+            assert_true(lo <= request.margin_m + NEGLIGIBLE);
+        else
+            assert_true(fabs(lo - request.margin_m) < 1e-6);
         if (request.measure && lo < INFINITY)
             assert_true(results[i].lo <= hi + NEGLIGIBLE && results[i].hi >= lo - NEGLIGIBLE);
         if (request.measure && lo > 0 && lo < INFINITY) assert_true(results[i].hi - results[i].lo < 3e-6);

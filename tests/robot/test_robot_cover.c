@@ -72,8 +72,8 @@ static void test_mesh(void **state)
     }
     for (int i = 0; i < 4; i++) {
         int k = (i + 1) % 4;
-        int faces[4][4] = {{i, k, 8 + k, 8 + i}, {4 + k, 4 + i, 12 + i, 12 + k}, {k, i, 4 + i, 4 + k},
-            {8 + i, 8 + k, 12 + k, 12 + i}};
+        int faces[4][4] = {
+            {i, k, 8 + k, 8 + i}, {4 + k, 4 + i, 12 + i, 12 + k}, {k, i, 4 + i, 4 + k}, {8 + i, 8 + k, 12 + k, 12 + i}};
         for (int f = 0; f < 4; f++)
             for (int t = 0; t < 2; t++) {
                 corners[count++] = faces[f][0];

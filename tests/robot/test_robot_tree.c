@@ -1,5 +1,5 @@
-/* Kinematic trees: sines against libm, poses against a plain chain of quaternions by libm, lanes against scalars, limits
- * of motion against samples, and what is refused. */
+/* Kinematic trees: sines against libm, poses against a plain chain of quaternions by libm, lanes against scalars,
+ * limits of motion against samples, and what is refused. */
 #include "robot/turn.h"
 #include "robot_draws.h"
 
@@ -38,8 +38,8 @@ static void chain(const robot_draw *d, const double *q, pose *out)
         pose motion = j->type == ROBOT_PRISMATIC ? (pose){vec_scale(axis, value), {1, 0, 0, 0}}
                       : j->type == ROBOT_FIXED
                           ? POSE_IDENTITY
-                          : (pose){VEC_ZERO,
-                                {cos(value / 2), axis.x * sin(value / 2), axis.y * sin(value / 2), axis.z * sin(value / 2)}};
+                          : (pose){VEC_ZERO, {cos(value / 2), axis.x * sin(value / 2), axis.y * sin(value / 2),
+                                                 axis.z * sin(value / 2)}};
         out[i] = pose_mul(here, motion);
     }
 }
@@ -129,8 +129,13 @@ static void test_bends(void **state)
 static void test_refused(void **state)
 {
     (void)state;
-    robot_joint good = {.parent = -1, .type = ROBOT_REVOLUTE, .origin = POSE_IDENTITY, .axis = {0, 0, 1}, .lower = -1,
-        .upper = 1, .mimic = -1};
+    robot_joint good = {.parent = -1,
+        .type = ROBOT_REVOLUTE,
+        .origin = POSE_IDENTITY,
+        .axis = {0, 0, 1},
+        .lower = -1,
+        .upper = 1,
+        .mimic = -1};
     robot_status status;
     size_t where;
     robot_joint two[2] = {good, good};

@@ -74,7 +74,8 @@ static void begin(checks *t)
     send_body(t, FORE, "fore", false, NULL);
     send_body(t, POST, "post", true, NULL);
     cell_settle(t->arm, t->memory, ARM, ++t->sequence);
-    t->head = (wire_robot_question){.joint_count = 2, .item_count = 1, .resolution_m = 1e-4, .base = {0, 0, 0, 1, 0, 0, 0}};
+    t->head =
+        (wire_robot_question){.joint_count = 2, .item_count = 1, .resolution_m = 1e-4, .base = {0, 0, 0, 1, 0, 0, 0}};
     for (int i = 0; i < 2; i++) {
         t->joints[i] = (wire_joint){.parent = i - 1,
             .type = WIRE_JOINT_REVOLUTE,
@@ -155,14 +156,16 @@ static void test_answers(void **state)
     t.head.flags = WIRE_CHECK_EDGES | WIRE_CHECK_FIRST;
     assert_int_equal(ask(&t, edge), WIRE_ANSWER_OK);
     assert_int_equal(t.items[0].verdict, WIRE_CHECK_MEETS);
-    assert_true(t.items[0].first_lo > 0.9 && t.items[0].first_hi < 1 && t.items[0].first_hi - t.items[0].first_lo < 1e-3);
+    assert_true(
+        t.items[0].first_lo > 0.9 && t.items[0].first_hi < 1 && t.items[0].first_hi - t.items[0].first_lo < 1e-3);
     t.head.margin_m = 0.05;
     double nearer = t.items[0].first_lo;
     assert_int_equal(ask(&t, edge), WIRE_ANSWER_OK);
     assert_true(t.items[0].first_hi < nearer);
     t.head.margin_m = 0;
 
-    const double folded[] = {0, 3, 0, -3}; /* the fore link turns through the upper one: a rule allows it; and the post */
+    const double folded[] = {
+        0, 3, 0, -3}; /* the fore link turns through the upper one: a rule allows it; and the post */
     assert_int_equal(ask(&t, folded), WIRE_ANSWER_OK);
     assert_string_equal(name_at(&t, t.items[0].name_b), "post");
     send_body(&t, UPPER, "upper", false, NULL); /* without the rule */
