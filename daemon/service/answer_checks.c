@@ -31,7 +31,7 @@ static pose pose_of_numbers(const double p[7])
     return (pose){vec(p[0], p[1], p[2]), {p[3], p[4], p[5], p[6]}};
 }
 
-static bool find_bodies(service *s, question *q, char *text, size_t text_size)
+static bool find_link_bodies(service *s, question *q, char *text, size_t text_size)
 {
     for (int32_t i = 0; i < q->head.joint_count; i++) {
         const wire_joint *j = &q->joints[i];
@@ -94,7 +94,7 @@ bool answer_checks(service *s, const wire_query *q, const world_check_patience *
     question *asked = base_alloc(1, sizeof *asked);
     bool good = wire_robot_read(record, &asked->head, asked->joints, asked->numbers, &why) == WIRE_OK;
     if (!good) snprintf(text, text_size, "%s", why.text);
-    good = good && find_bodies(s, asked, text, text_size);
+    good = good && find_link_bodies(s, asked, text, text_size);
     const wire_robot_question *h = &asked->head;
     world_check_def def = {.joints = asked->made,
         .bodies = asked->bodies,

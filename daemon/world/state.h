@@ -377,12 +377,12 @@ struct world {
     ARRAY(last_points) last_points;
     ARRAY(world_event) last_predicted;
     id_pool body_ids, collider_ids, subscription_ids, pair_ids, watch_ids;
-    pair_map pair_of; /* key of two colliders -> pair */
-    pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
-    match match;      /* which subscriptions want which bodies */
-    rule_sets rules;  /* what the patterns of rules say of names */
-    ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
-    uint64_t ruling;  /* counts filters, from 1 */
+    pair_map pair_of;            /* key of two colliders -> pair */
+    pair_map names;              /* hash of a name -> body; colliding hashes are probed on with the next key */
+    match match;                 /* which subscriptions want which bodies */
+    rule_sets rules;             /* what the patterns of rules say of names */
+    ruling *rulings;             /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
+    uint64_t ruling;             /* counts filters, from 1 */
     uint64_t shapes_edition;     /* counts changes of bodies' shapes */
     struct world_checks *checks; /* see checks.c; NULL: nobody has asked */
 

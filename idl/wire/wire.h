@@ -305,7 +305,7 @@ enum {
     WIRE_QUERY_RECORD = 8,  /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
     WIRE_QUERY_SWEEP = 9,   /* name_a, linear, angular, span_s: what that body would meet first, if it moved so */
     WIRE_QUERY_GEOMETRY =
-        10, /* name_a: a body; name_b: the hash of a geometry of it, 16 hex digits; most: which piece */
+        10,               /* name_a: a body; name_b: the hash of a geometry of it, 16 hex digits; most: which piece */
     WIRE_QUERY_CHECK = 11 /* configurations or motions of a robot: WIRE_EXTENSION_CHECK says which */
 };
 
