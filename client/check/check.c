@@ -14,8 +14,8 @@
 #define MOST 0x1p400          /* m: the largest coordinate */
 #define LEAST 0x1p-400        /* m: the least scale */
 #define UNIT 0x1p-9           /* how far from 1 a quaternion's and an axis' squared length may be */
-#define LO_SLACK 0x1p-41      /* of the gap along an axis */
-#define HI_SLACK 0x1p-41      /* of the distance that two points prove */
+#define LO_SLACK 0x1.478p-42      /* of the gap along an axis */
+#define HI_SLACK 0x1.42p-42      /* of the distance that two points prove */
 #define FEATURE_SLACK 0x1p-49 /* of the product of a direction and a corner, for a direction of length <= 2 */
 #define RULE_SLACK 0x1p-50    /* of the sum of what is added and compared */
 #define SPEED_SLACK 0x1p-44   /* of a sum of at most 256 products, none negative */
@@ -282,7 +282,7 @@ static double hull_distance(const collided_check_shape *s, vec q, double by)
         sum = plus(sum, times(weights[i], minus(vec_of(s->points + 3 * corners[i], by), q)));
         all += weights[i];
     }
-    return all >= 0.5 && all <= 2 ? length(sum) / all : INFINITY;
+    return is_unit(all) ? length(sum) / all : INFINITY;
 }
 
 static double core_distance(const collided_check_shape *s, vec q, double by)
