@@ -3,6 +3,7 @@
 Require Import Reals Lra Psatz List.
 Import ListNotations.
 Open Scope R_scope.
+Set Default Timeout 20.
 
 (* ---- vectors ---- *)
 
@@ -219,7 +220,8 @@ Theorem cross_le : forall u v, norm (cross u v) <= norm u * norm v.
 Proof.
   intros. apply norm_le; [apply Rmult_le_pos; apply norm_pos|].
   replace (norm u * norm v * (norm u * norm v)) with (dot u u * dot v v) by (rewrite <- (norm_sq u), <- (norm_sq v); ring).
-  pose proof (Rle_0_sqr (dot u v)); unfold Rsqr in *. destruct u, v; unfold dot, cross in *; simpl in *. nra.
+  replace (dot (cross u v) (cross u v)) with (dot u u * dot v v - dot u v * dot u v) by (unfold dot, cross; simpl; ring).
+  pose proof (Rle_0_sqr (dot u v)); unfold Rsqr in *; lra.
 Qed.
 Theorem turn_moves : forall w u v, square w u <> 0 -> norm (sub (turned w u v) v) <= 2 * norm v.
 Proof.
