@@ -1,5 +1,5 @@
 /* check: the whole of collided_check.h. What is computed is short; that it is enough is proven elsewhere: see
- * proofs/README.md. Pure; any thread.
+ * script/prove. Pure; any thread.
  *
  * Every length is divided by a power of two, `scale`, such that none that enters exceeds 1. So what rounding does is
  * bounded by constants: LO_SLACK, HI_SLACK, ... below, in units of the scale. proofs/ derives each of them, formula by

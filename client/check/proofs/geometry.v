@@ -1,9 +1,9 @@
-(* geometry: what axes, points, times and directions prove, over the reals; with what rounding.v and the lemmas of Gappa say of
-   rounding, "accepted implies true". coqc geometry.v *)
+(* geometry: what axes, points, times and directions prove, over the reals; with what the lemmas of Gappa and rounding.v
+   say of rounding, "accepted implies true". coqc geometry.v *)
 Require Import Reals Lra Psatz List.
 Import ListNotations.
 Open Scope R_scope.
-Set Default Timeout 20.
+Set Default Timeout 600.
 
 (* ---- vectors ---- *)
 
@@ -235,9 +235,15 @@ Definition placed (S : set) p w u : set := fun v => exists c, S c /\ v = add p (
 Theorem placed_reaches : forall S p w u n h, square w u <> 0 ->
   reaches S (turned (- w) u n) h -> reaches (placed S p w u) n (dot n p + h).
 Proof. intros S p w u n h Hq H v (c & Hc & ->). rewrite dot_add, turned_back by assumption. specialize (H c Hc). lra. Qed.
+Lemma dot_ext : forall a b, (forall n, dot n a = dot n b) -> a = b.
+Proof.
+  intros [a b c] [d e f] H. pose proof (H (V 1 0 0)). pose proof (H (V 0 1 0)). pose proof (H (V 0 0 1)).
+  unfold dot in *; simpl in *. f_equal; lra.
+Qed.
 Lemma turned_inverse : forall w u v, square w u <> 0 -> turned w u (turned (- w) u v) = v.
 Proof.
-  intros w [a b c] [d e f] H. unfold turned, add, mul, cross; rewrite !square_vec in *; simpl in *. f_equal; field; repeat split; intro; apply H; lra.
+  intros w u v H. assert (H' : square (- w) u <> 0) by (unfold square in *; replace (- w * - w) with (w * w) by ring; exact H).
+  apply dot_ext. intro n. rewrite turned_back, turned_keeps by assumption. reflexivity.
 Qed.
 Theorem placed_near : forall S p w u q e, square w u <> 0 ->
   near S (turned (- w) u (sub q p)) e -> near (placed S p w u) q e.
