@@ -96,15 +96,15 @@ Lemma bernoulli : forall n, 1 - INR n * u <= (1 - u) ^ n.
 Proof.
   assert (0 < u < 1) by (unfold u; simpl; lra).
   induction n; [simpl; lra|]. rewrite S_INR. change ((1 - u) ^ S n) with ((1 - u) * (1 - u) ^ n).
-  assert (0 <= INR n) by apply pos_INR. nra.
+  assert (N : 0 <= INR n) by apply pos_INR. assert (M : (1 - u) * (1 - INR n * u) <= (1 - u) * (1 - u) ^ n) by (apply Rmult_le_compat_l; lra). assert (0 <= INR n * (u * u)) by (apply Rmult_le_pos; [assumption | apply Rmult_le_pos; lra]). replace ((1 - u) * (1 - INR n * u)) with (1 - (INR n + 1) * u + INR n * (u * u)) in M by ring. lra.
 Qed.
-Theorem sums_keep : forall n c e k t, 0 <= e -> 0 <= t -> (1 - u) ^ n * e <= c -> (1 - u) * t <= k -> 
-  (1 - u) ^ S (S n) * (e + t) <= (1 - u) * (c + k).
+Theorem sums_keep : forall n c e k t, 0 <= e -> 0 <= t -> (1 - u) ^ n * e <= c -> (1 - u) ^ n * t <= k ->
+  (1 - u) ^ S n * (e + t) <= (1 - u) * (c + k).
 Proof.
   assert (0 < u < 1) by (unfold u; simpl; lra). intros n c e k t He Ht Hc Hk.
-  assert (P : 0 <= (1 - u) ^ n <= 1) by (split; [apply pow_le; lra | rewrite <- (pow1 n); apply pow_incr; lra]).
-  change ((1 - u) ^ S (S n)) with ((1 - u) * ((1 - u) * (1 - u) ^ n)).
-  assert ((1 - u) * (1 - u) ^ n * e <= c) by nra. assert ((1 - u) * (1 - u) ^ n * t <= k) by nra. nra.
+  change ((1 - u) ^ S n) with ((1 - u) * (1 - u) ^ n).
+  replace ((1 - u) * (1 - u) ^ n * (e + t)) with ((1 - u) * ((1 - u) ^ n * e + (1 - u) ^ n * t)) by ring.
+  apply Rmult_le_compat_l; lra.
 Qed.
 (* Of 256 products: 257 roundings, and the multiplication by 1 + SPEED_SLACK, which is a double. *)
 Theorem accepted_speed : forall c e r, 0 <= e -> (1 - u) ^ 257 * e <= c -> (1 - u) * (c * (1 + SPEED_SLACK)) <= r -> e <= r.
@@ -118,5 +118,5 @@ Proof.
   { replace ((1 - u) * ((1 - 257 * u) * (1 + SPEED_SLACK)) * e) with ((1 - u) * (1 + SPEED_SLACK) * ((1 - 257 * u) * e)) by ring.
     replace ((1 - u) * (c * (1 + SPEED_SLACK))) with ((1 - u) * (1 + SPEED_SLACK) * c) by ring.
     apply Rmult_le_compat_l; [apply Rmult_le_pos; lra | assumption]. }
-  nra.
+  set (v := (1 - u) * ((1 - 257 * u) * (1 + SPEED_SLACK))) in *. clearbody v. assert (e <= v * e) by nra. lra.
 Qed.
