@@ -653,6 +653,95 @@ collided_status collided_query_bodies(collided *c, const char *pattern, double t
  * it, which only who began it may. The answer's text tells the path, or why not (COLLIDED_UNSUPPORTED). */
 collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out);
 
+/* ---- checks: a robot's configurations and motions, tried out without moving anything ---- */
+
+typedef enum collided_joint_type { /* numbers as on the wire */
+    COLLIDED_JOINT_FIXED,
+    COLLIDED_JOINT_REVOLUTE,
+    COLLIDED_JOINT_CONTINUOUS, /* turns without limits */
+    COLLIDED_JOINT_PRISMATIC
+} collided_joint_type;
+
+/* A link of a robot, and the joint that moves it, as in URDF. */
+typedef struct collided_joint {
+    int32_t parent; /* index of a link before this one; -1 = the robot's base */
+    collided_joint_type type;
+    collided_pose origin; /* of the joint at value 0, in the parent's frame */
+    double axis[3];       /* that it turns about (rad) or slides along (m), in its own frame; any length but 0 */
+    double lower, upper;  /* rad or m; of fixed and continuous joints not looked at */
+    bool mimics;          /* its value is that of the joint `mimic`, which moves by itself, times factor, plus offset */
+    int32_t mimic;
+    double factor, offset;
+    const char
+        *body; /* the body that is the link: its frame is the link's. Anybody's; NULL or "" = the link has none */
+} collided_joint;
+
+/* A kinematic tree whose links are bodies: their shapes, rules, groups and masks are the robot's. */
+typedef struct collided_robot {
+    const collided_joint *joints; /* 1 to 128, each behind its parent */
+    size_t joint_count;
+    collided_pose base; /* world */
+} collided_robot;
+
+typedef enum collided_verdict { /* numbers as on the wire */
+    COLLIDED_CHECK_FREE,        /* proven: nothing is within the margin, nowhere on the way */
+    COLLIDED_CHECK_MEETS,       /* proven: something is */
+    COLLIDED_CHECK_UNDECIDED, /* neither: the distance is the margin but for rounding, or a body that a link is to keep
+                                 away from is stale or held, and may be anywhere. It is not free */
+    COLLIDED_CHECK_NOT_DONE   /* the time ran out */
+} collided_verdict;
+
+/* Begin with collided_check_options_default. */
+typedef struct collided_check_options {
+    double margin_m;     /* links and what they are to keep away from must be farther apart than this. 0 */
+    double resolution_m; /* an edge is not looked at in finer steps than in which its links move by this. 1e-4 */
+    bool find_first;     /* of an edge that meets something, narrow down where it does so first. true */
+    bool measure;        /* of a configuration, tell the least distance, too. false */
+    double tolerance_m;  /* to which it is measured. 1e-6 */
+} collided_check_options;
+
+typedef struct collided_check_item {
+    collided_verdict verdict;
+    double first_lo, first_hi;   /* of an edge, from 0 to 1: it is free before first_lo, proven. At first_hi it meets
+                                    something, if it is MEETS */
+    double lo, hi;               /* m, measured: the least distance is in [lo, hi]; else -INFINITY and INFINITY */
+    const char *name_a, *name_b; /* who meets, or is in doubt, or is nearest: a link's body, and another link's or an
+                                    obstacle; NULL = nobody */
+} collided_check_item;
+
+typedef struct collided_checked { /* freed by collided_checked_free */
+    collided_check_item *items;
+    size_t count;
+    char *text;          /* what made items undecided, for people; "" = nothing did */
+    int64_t epoch, tick; /* of the daemon: the world as its tick left it, in which the last of them were tried out */
+    char **names;        /* those that items point to */
+    size_t name_count;
+} collided_checked;
+
+collided_check_options collided_check_options_default(void);
+
+/* How many numbers a configuration has: those of the joints that move and mimic no other, in their order. */
+size_t collided_robot_coordinates(const collided_robot *robot);
+
+/* Are these configurations free of everything that the links' bodies are to keep away from, and of each other?
+ * `positions`: count times collided_robot_coordinates numbers, rad or m. Nothing is moved, and no subscriber hears of
+ * it. Obstacles stand as the daemon's last tick left them: where many items take several ticks, not all in the same
+ * one. What is proven holds for the poses, joints and shapes as given, the joints' values read as real numbers. Method:
+ * balls around parts of the links, then exact shapes (daemon/robot/check.h). NULL options = the defaults.
+ * COLLIDED_UNSUPPORTED: the robot or a configuration is refused, collided_error says which (a joint beyond its limits,
+ * no body of that name). COLLIDED_TIMEOUT: the items that are done are told. `out` is to be freed, whatever is
+ * returned. */
+collided_status collided_check_states(collided *c, const collided_robot *robot, const collided_check_options *options,
+    const double *positions, size_t count, double timeout_s, collided_checked *out);
+
+/* The same of straight lines in joint space, from the first to the second of each two configurations: 2 count of them.
+ * The whole line is proven, not samples of it. Values of continuous joints go the way that they are given, not the
+ * shorter one. */
+collided_status collided_check_edges(collided *c, const collided_robot *robot, const collided_check_options *options,
+    const double *positions, size_t count, double timeout_s, collided_checked *out);
+
+void collided_checked_free(collided_checked *checked);
+
 /* ---- the daemon's state ---- */
 
 /* A number that only grows, by name. */

@@ -1,5 +1,6 @@
 /* answer: queries of clients, answered from the world as the last tick left it. A query that comes twice is answered
  * twice. Tick thread. */
+#include "answer_checks.h"
 #include "commands.h"
 #include "geometries.h"
 #include "recordings.h"
@@ -108,7 +109,7 @@ static void send_hits(reply *r, const world_hits *hits, uint32_t n, const wire_q
 /* ---- patience ---- */
 
 /* How long a search may hold the tick, of this thread's own time; names are gone through without long steps. */
-static const int64_t SEARCH_NS = 20000000, NAMES_NS = 40000000;
+static const int64_t SEARCH_NS = 20000000, NAMES_NS = 40000000, CHECKS_NS = 5000000;
 
 typedef struct patience {
     int64_t monotonic_ns; /* before then it cannot have had that much */
@@ -117,7 +118,7 @@ typedef struct patience {
 
 static patience patience_for(const wire_query *q)
 {
-    int64_t ns = q->kind == WIRE_QUERY_BODIES ? NAMES_NS : SEARCH_NS;
+    int64_t ns = q->kind == WIRE_QUERY_BODIES ? NAMES_NS : q->kind == WIRE_QUERY_CHECK ? CHECKS_NS : SEARCH_NS;
     return (patience){clock_monotonic_ns() + ns, clock_thread_ns() + ns};
 }
 
@@ -305,6 +306,23 @@ static void send_geometry(reply *r, const wire_query *q)
     array_free(&out);
 }
 
+static void send_checks(reply *r, const wire_query *q, patience *p)
+{
+    check_answer_record done;
+    world_check_patience patient = {has_patience, p};
+    if (!answer_checks(r->s, q, &patient, &done, r->text, sizeof r->text)) {
+        r->answer.status = WIRE_ANSWER_UNSUPPORTED;
+        send(r);
+        return;
+    }
+    r->answer.extensions = (wire_u8s){(uint32_t)done.record.count, done.record.at};
+    r->answer.names_a = (wire_strings){done.name_count, done.names};
+    if (done.cut) metric_count(r->s->count.queries_cut, 1);
+    send(r);
+    array_free(&done.record);
+    free(done.names);
+}
+
 void answer_owed(service *s)
 {
     record_reply *owed = &s->record_reply;
@@ -363,6 +381,9 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         return;
     case WIRE_QUERY_GEOMETRY:
         send_geometry(&r, q);
+        return;
+    case WIRE_QUERY_CHECK:
+        send_checks(&r, q, &p);
         return;
     case WIRE_QUERY_RECORD:
         if (was_carried_out(&r, q)) return;

@@ -236,7 +236,9 @@ enum {
     WIRE_EXTENSION_SCENE = 2,      /* EventBatch: bodies that have come, changed or gone */
     WIRE_EXTENSION_BODY_POSES = 3, /* EventBatch: poses and flags of bodies, those that have changed */
     WIRE_EXTENSION_GEOMETRY = 4,   /* Answer: a piece of a geometry */
-    WIRE_EXTENSION_LAST = WIRE_EXTENSION_GEOMETRY
+    WIRE_EXTENSION_CHECK = 5,      /* Query: a robot, and its configurations or motions (wire_robot.h) */
+    WIRE_EXTENSION_CHECKED = 6,    /* Answer: what became of each of them */
+    WIRE_EXTENSION_LAST = WIRE_EXTENSION_CHECKED
 };
 
 /* Of a body in a scene, added up. */
@@ -303,7 +305,8 @@ enum {
     WIRE_QUERY_RECORD = 8,  /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
     WIRE_QUERY_SWEEP = 9,   /* name_a, linear, angular, span_s: what that body would meet first, if it moved so */
     WIRE_QUERY_GEOMETRY =
-        10 /* name_a: a body; name_b: the hash of a geometry of it, 16 hex digits; most: which piece */
+        10,               /* name_a: a body; name_b: the hash of a geometry of it, 16 hex digits; most: which piece */
+    WIRE_QUERY_CHECK = 11 /* configurations or motions of a robot: WIRE_EXTENSION_CHECK says which */
 };
 
 typedef struct wire_query {

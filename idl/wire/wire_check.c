@@ -200,7 +200,7 @@ static wire_reason check_sweep(const wire_query *m, wire_refusal *why)
 static wire_reason check_query(const wire_query *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_GEOMETRY, why));
+    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_CHECK, why));
     TRY(check_label("name_a", m->name_a, why));
     TRY(check_label("name_b", m->name_b, why));
     TRY(check_optional("origin", m->origin.count, 3, 1, why));
