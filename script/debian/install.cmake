@@ -36,6 +36,10 @@ file(CREATE_LINK ../${programs}/collided-web ${prepared}/bin/collided-web SYMBOL
 install(FILES ${prepared}/bin/collided-web DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided-web)
 install(FILES ${PROJECT_SOURCE_DIR}/client/web/README.md ${PROJECT_SOURCE_DIR}/client/web/PROTOCOL.md
   DESTINATION ${doc}/collided-web COMPONENT collided-web)
+if(COLLIDED_WEB_PAGE_BUILT) # otherwise it has the page of tables, which is in the program
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/web/page/ DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/web OPTIONAL
+    COMPONENT collided-web)
+endif()
 
 # ---- libcollided0, libcollided-dev ----
 
