@@ -27,10 +27,6 @@ endforeach()
 
 # ---- collided-web ----
 
-if(COLLIDED_WEB_PAGE_BUILT) # the film's template among it
-  install(DIRECTORY ${PROJECT_BINARY_DIR}/web/page/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/collided/web
-    COMPONENT collided-web OPTIONAL)
-endif()
 install(TARGETS collided-web RUNTIME DESTINATION ${programs} COMPONENT collided-web)
 file(CREATE_LINK ../${programs}/collided-web ${prepared}/bin/collided-web SYMBOLIC)
 install(FILES ${prepared}/bin/collided-web DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided-web)
