@@ -1,12 +1,19 @@
 /* unheard: what we publish does not arrive, although the daemon and we are alive: over LCM the last poses were lost, or
  * over DDS somebody has forged packets in our name, after which a reader takes all that our writer sends for old. We
- * tell the daemon once a second, in a crowd every other, what we published last; if it lacks that, it answers with a Reject, `unheard`. Then we
- * publish the newest poses again, by new writers, in whose name nothing has been forged yet. The keeper's thread, with
- * the lock held. */
+ * tell the daemon once a second, in a crowd every other, what we published last; if it lacks that, it answers with a
+ * Reject, `unheard`. Then we publish the newest poses again, by new writers, in whose name nothing has been forged yet.
+ * The keeper's thread, with the lock held. */
 #include "message.h"
 #include "session.h"
 
-enum { WORD_EACH_S = 1, WORD_OF_CROWD_S = 2, CROWD = 100 /* clients */, RENEW_FIRST_S = 1, RENEW_LAST_S = 16, FORGOTTEN_S = 60 };
+enum {
+    WORD_EACH_S = 1,
+    WORD_OF_CROWD_S = 2,
+    CROWD = 100 /* clients */,
+    RENEW_FIRST_S = 1,
+    RENEW_LAST_S = 16,
+    FORGOTTEN_S = 60
+};
 
 /* A Receipt of no stream. */
 static void say_what_was_published(collided *c)

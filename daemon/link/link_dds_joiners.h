@@ -42,8 +42,8 @@ typedef struct joiners {
     int stop_fd, listen_fd;                       /* below 0: not open; another daemon of this domain listens */
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
-    int64_t pause_until_ns; /* no turn is given before */
-    uint32_t last_user;     /* who had the last turn: of several users each has his */
+    int64_t pause_until_ns;          /* no turn is given before */
+    uint32_t last_user;              /* who had the last turn: of several users each has his */
     dds_entity_t participant, known; /* the daemon's, and a writer of its whose readers are those who are known */
     uint8_t called;                  /* so often, modulo 256 */
     unsigned present;                /* clients, at the last call */

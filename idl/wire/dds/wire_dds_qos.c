@@ -124,7 +124,7 @@ void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *e
  * its number does. Others (Fast DDS) announce themselves by multicast only, which loopback mostly lacks, and listen at
  * their well-known port: the daemon has to speak there often, so that they find it at once. Whenever it does, Cyclone
  * tells all participants that it knows, too: so not by SPDPInterval, but by link_dds_joiners.c, rarer in a crowd. */
-#define LOOPBACK(index)                                                                                          \
+#define LOOPBACK(index)                                                                                                \
     "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"                            \
     "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65500B</MaxMessageSize>"                                    \
     "<MaxRexmitMessageSize>65500B</MaxRexmitMessageSize><FragmentSize>60000B</FragmentSize></General>"                 \
