@@ -42,6 +42,8 @@ void health_register(service *s)
     s->count.events_out = metrics_add(m, "events_out", "events published");
     s->count.answers = metrics_add(m, "answers", "queries answered");
     s->count.queries_cut = metrics_add(m, "queries_cut", "queries given up, since they held the tick for too long");
+    s->count.scene_batches = metrics_add(m, "scene_batches", "batches about scenes: bodies, and where they are");
+    s->count.scene_poses = metrics_add(m, "scene_poses", "poses in them");
     s->count.unknown_extensions =
         metrics_add(m, "unknown_extensions", "extensions of messages that this release does not know: passed over");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");

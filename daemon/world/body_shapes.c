@@ -6,6 +6,7 @@
 #include "geom/bounds.h"
 #include "geom/compound.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 static bool is_identity(pose p)
@@ -46,6 +47,7 @@ size_t world_body_shapes(const world *w, uint32_t id)
 
 void body_drop_shapes(world *w, body *b)
 {
+    w->shapes_edition++;
     for (size_t i = 0; i < b->shape_count; i++) {
         collider *s = &w->colliders.at[b->shapes[i]];
         s->ghost = true;
@@ -54,17 +56,16 @@ void body_drop_shapes(world *w, body *b)
         array_push(&w->ghost_colliders, b->shapes[i]);
         broad_remove(w->broad, b->shapes[i]);
     }
-    free(b->shapes);
-    b->shapes = NULL;
-    b->shape_count = 0;
+    body_free_shapes(b);
     effort_measure(w, b);
 }
 
 void body_add_shapes(world *w, uint32_t id, const world_body *def)
 {
     body *b = &w->bodies.at[id];
-    b->shapes = base_alloc(def->shape_count ? def->shape_count : 1, sizeof *b->shapes);
-    b->shape_count = def->shape_count;
+    assert(def->shape_count <= SHAPES_OF_A_BODY_MOST);
+    body_make_shapes(b, def->shape_count);
+    w->shapes_edition++;
     for (size_t i = 0; i < def->shape_count; i++) {
         uint32_t s = id_pool_take(&w->collider_ids);
         array_reserve_in_place(&w->colliders, (size_t)s + 1);
@@ -72,11 +73,10 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
         const shape *given = &def->shapes[i].shape;
         compound *own = given->type == SHAPE_COMPOUND ? compound_copy(given->compound) : NULL;
         w->colliders.at[s] = (collider){.shape = *given,
-            .own = own,
             .local = def->shapes[i].local,
             .reach = shape_reach(given),
             .body = id,
-            .index = (int32_t)i,
+            .index = (int32_t)(i & SHAPES_OF_A_BODY_MOST),
             .at_origin = is_identity(def->shapes[i].local),
             .used = true};
         w->colliders.at[s].world = collider_at(b->pose, &w->colliders.at[s]);
@@ -91,6 +91,6 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
 
 void collider_free(collider *s)
 {
-    compound_destroy(s->own);
+    if (s->shape.type == SHAPE_COMPOUND) compound_destroy((compound *)s->shape.compound); /* it is its own */
     *s = (collider){.used = false};
 }
