@@ -47,6 +47,7 @@ size_t world_body_shapes(const world *w, uint32_t id)
 
 void body_drop_shapes(world *w, body *b)
 {
+    w->shapes_edition++;
     for (size_t i = 0; i < b->shape_count; i++) {
         collider *s = &w->colliders.at[b->shapes[i]];
         s->ghost = true;
@@ -64,6 +65,7 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
     body *b = &w->bodies.at[id];
     assert(def->shape_count <= SHAPES_OF_A_BODY_MOST);
     body_make_shapes(b, def->shape_count);
+    w->shapes_edition++;
     for (size_t i = 0; i < def->shape_count; i++) {
         uint32_t s = id_pool_take(&w->collider_ids);
         array_reserve_in_place(&w->colliders, (size_t)s + 1);

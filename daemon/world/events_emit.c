@@ -86,6 +86,7 @@ static void turn_facts(world_event *e)
     e->axis = vec_neg(e->axis);
     swap_sides(&e->point_a, &e->point_b, sizeof e->point_a);
     swap_sides(&e->age_a_ns, &e->age_b_ns, sizeof e->age_a_ns);
+    swap_sides(&e->pose_a, &e->pose_b, sizeof e->pose_a);
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].feature = feature_turned(e->manifold.points[i].feature);
 }
@@ -130,6 +131,8 @@ void events_fill(
     e->point_b = to_world(a, r->point_b);
     e->age_a_ns = body_age_ns(w, x);
     e->age_b_ns = body_age_ns(w, y);
+    e->pose_a = x->pose;
+    e->pose_b = y->pose;
     e->manifold.count = r->manifold.count;
     for (uint32_t i = 0; i < e->manifold.count; i++) {
         e->manifold.points[i] = r->manifold.points[i];

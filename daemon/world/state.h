@@ -395,12 +395,14 @@ struct world {
     ARRAY(last_points) last_points;
     ARRAY(world_event) last_predicted;
     id_pool body_ids, collider_ids, subscription_ids, pair_ids, watch_ids;
-    pair_map pair_of; /* key of two colliders -> pair */
-    pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
-    match match;      /* which subscriptions want which bodies */
-    rule_sets rules;  /* what the patterns of rules say of names */
-    ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
-    uint64_t ruling;  /* counts filters, from 1 */
+    pair_map pair_of;            /* key of two colliders -> pair */
+    pair_map names;              /* hash of a name -> body; colliding hashes are probed on with the next key */
+    match match;                 /* which subscriptions want which bodies */
+    rule_sets rules;             /* what the patterns of rules say of names */
+    ruling *rulings;             /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
+    uint64_t ruling;             /* counts filters, from 1 */
+    uint64_t shapes_edition;     /* counts changes of bodies' shapes */
+    struct world_checks *checks; /* see checks.c; NULL: nobody has asked */
 
     ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
     uint64_t effort;       /* of these, units: see effort.c */
@@ -526,6 +528,10 @@ static inline vec3 body_step(const body *b)
     return vec_sub(b->pose.p, b->before.p);
 }
 void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its motion; else zeros */
+
+/* checks.c */
+typedef struct world_checks world_checks;
+void checks_free(world *w);
 
 /* body_names.c */
 void body_add_name(world *w, uint32_t body); /* to be found by it */

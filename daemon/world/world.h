@@ -123,6 +123,14 @@ world_status world_hold_body(world *w, uint32_t id);
 uint32_t world_find_body(const world *w, const char *name); /* WORLD_NONE */
 const char *world_body_name(const world *w, uint32_t id);   /* NULL if unknown */
 pose world_body_pose(const world *w, uint32_t id);
+/* Where it is now, and how it stands: for whoever looks at all of them again and again. False if unknown. */
+typedef struct world_glance {
+    const pose *pose; /* the world's own */
+    bool fixed, stale, held, pending, swept, one_way;
+} world_glance;
+bool world_glance_at(const world *w, uint32_t id, world_glance *out);
+/* Does a pattern ("*", "?", "group:NAME") match a body of that name and group? Walks the pattern: for few questions. */
+bool world_pattern_matches(const char *pattern, const char *name, const char *group);
 int64_t world_body_stamp_ns(const world *w, uint32_t id);
 /* The definition as it is now, with the newest pose; `shapes` has room for shape_count of them (0: ask with NULL).
  * Texts and rules are the world's own, until the next call that changes it. */
@@ -170,6 +178,14 @@ world_status world_remove_subscription(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
 /* The oldest stamp of the poses that what is reported of it now rests on; 0: none is stamped. Walks all of it. */
 int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
+/* What an operator watches of a subscription: what it was told last, and stands. */
+typedef struct world_brief {
+    size_t contacts, unknown; /* pairs that touch; pairs of which nothing can be said */
+    double nearest;           /* m: the least lower bound of those that touch or are near; INFINITY: there are none */
+    int64_t soonest_ns;       /* when the first of the predicted contacts may be, ns since the Unix epoch; INT64_MAX */
+} world_brief;
+/* Walks at most `most` pairs of it; false: there are more, and *out is of the first of them. */
+bool world_brief_of(const world *w, uint32_t id, size_t most, world_brief *out);
 /* In the next tick, updates are reported of all its pairs that are decided, also where nothing differs from what was
  * reported last: for who keeps no state of his own. */
 void world_want_all(world *w, uint32_t id);
@@ -228,6 +244,8 @@ typedef struct world_event {
     int64_t age_a_ns, age_b_ns;  /* -1 = fixed or not stamped */
     double closing;      /* m/s, of the two points along the axis, from the bodies' velocities as far as they are
                             known; positive = they approach; of impacts, at impact.lo */
+    pose pose_a, pose_b; /* of the bodies, for which lo, hi, axis and points are; all 0: not kept (of a snapshot, or of
+                            what ends), or those of the impact */
     manifold manifold;   /* points in the world frame */
     world_impact impact; /* IMPACT, PREDICTED: lo, hi, axis and points are those at impact.lo */
 } world_event;

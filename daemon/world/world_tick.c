@@ -94,6 +94,7 @@ void world_destroy(world *w)
     for (unsigned i = 0; i < workers_count(w->workers); i++) free(w->scratch[i]);
     workers_destroy(w->workers);
     broad_destroy(w->broad);
+    checks_free(w);
     free_bodies(w);
     free_subscriptions(w);
     match_free(&w->match);

@@ -1,5 +1,5 @@
 # install.cmake: what is installed where, and the packages that cpack makes of it: collided (the daemon, the command line
-# and the demo), libcollided0, libcollided-dev, and python3-collided where Python's half is built. Included last: it names targets of all folders.
+# and the demo), collided-web, libcollided0, libcollided-dev, and python3-collided where Python's half is built. Included last: it names targets of all folders.
 # Programs lie together in lib/collided, as in the build folder's bin: each finds what belongs to it beside itself. Links
 # in bin lead to those that people call.
 include(GNUInstallDirs)
@@ -25,6 +25,18 @@ foreach(name collided collidectl collided-demo)
   install(FILES ${prepared}/bin/${name} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided)
 endforeach()
 
+# ---- collided-web ----
+
+install(TARGETS collided-web RUNTIME DESTINATION ${programs} COMPONENT collided-web)
+file(CREATE_LINK ../${programs}/collided-web ${prepared}/bin/collided-web SYMBOLIC)
+install(FILES ${prepared}/bin/collided-web DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided-web)
+install(FILES ${PROJECT_SOURCE_DIR}/client/web/README.md ${PROJECT_SOURCE_DIR}/client/web/PROTOCOL.md
+  DESTINATION ${doc}/collided-web COMPONENT collided-web)
+if(COLLIDED_WEB_PAGE_BUILT) # otherwise it has the page of tables, which is in the program
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/web/page/ DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/web OPTIONAL
+    COMPONENT collided-web)
+endif()
+
 # ---- libcollided0, libcollided-dev ----
 
 # No static library: it would need the wire's and the DDS half's, which are internal.
@@ -34,6 +46,15 @@ install(FILES ${PROJECT_SOURCE_DIR}/client/collided.h DESTINATION ${CMAKE_INSTAL
 
 configure_file(${debian}/collided.pc.in ${prepared}/collided.pc @ONLY)
 install(FILES ${prepared}/collided.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-dev)
+
+# The checker of certificates: static, so that a program needs nothing of it where it runs.
+install(FILES ${PROJECT_BINARY_DIR}/client/check/stripped/libcollided_check.a DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/check/collided_check.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/check/CERTIFICATE.md DESTINATION ${doc}/libcollided-dev COMPONENT libcollided-dev)
+configure_file(${debian}/collided_check.pc.in ${prepared}/collided_check.pc @ONLY)
+install(FILES ${prepared}/collided_check.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-dev)
 
 set(config ${CMAKE_INSTALL_LIBDIR}/cmake/collided)
 configure_package_config_file(${debian}/collidedConfig.cmake.in ${prepared}/collidedConfig.cmake

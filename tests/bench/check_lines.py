@@ -19,6 +19,7 @@ KEYS = {
     "rays": ["bodies", "length", "ns_median", "rays", "hits", "wrong", "width_max"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
+    "check": ["items", "us_an_item", "free", "meets", "undecided", "missed"],
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
               "extra", "missed"],
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],

@@ -61,8 +61,8 @@ static void subscription_rules(void **state)
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = WIRE_SIZE_MAX);
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = 1.1 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "hysteresis_m");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = -1e-9, WIRE_BAD_NUMBER, "hysteresis_m is -1e-09");
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 31");
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 32, WIRE_MALFORMED, "facts is 32");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 127");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 128, WIRE_MALFORMED, "facts is 128");
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.stream = "a.b_c-d:e/f9Z");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a*", WIRE_BAD_NAME, "letters, digits and . _ - : /");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a b", WIRE_BAD_NAME, "stream");
@@ -102,8 +102,8 @@ static void subscription_rules(void **state)
 static void query_rules(void **state)
 {
     (void)state;
-    REFUSED(WIRE_QUERY, m.query.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 9");
-    REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10");
+    REFUSED(WIRE_QUERY, m.query.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 11");
+    REFUSED(WIRE_QUERY, m.query.kind = 12, WIRE_MALFORMED, "kind is 12");
     REFUSED(WIRE_QUERY, m.query.kind = WIRE_QUERY_SWEEP, WIRE_BAD_SIZE, "span_s is 0 s: above 0");
     ACCEPTED(WIRE_QUERY, (m.query.kind = WIRE_QUERY_SWEEP, m.query.span_s = 1));
     REFUSED(WIRE_QUERY, m.query.linear = ((wire_f64s){2, plain.linear}), WIRE_MALFORMED, "linear has 2");
@@ -257,8 +257,13 @@ static void values_that_only_a_later_daemon_knows_are_no_fault(void **state)
     ACCEPTED(WIRE_STATUS, m.status.health = 4);
     ACCEPTED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT);
     ACCEPTED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT);
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 32, WIRE_MALFORMED, "facts is 32: 1 to 31");
-    REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10: 1 to 9");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 128, WIRE_MALFORMED, "facts is 128: 1 to 127");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_SCENE);
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_TOUCH | WIRE_FACT_POSES);
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_SCENE | WIRE_FACT_TOUCH, WIRE_UNSUPPORTED,
+        "facts is 33: 32 (a scene) stands alone");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_POSES, WIRE_UNSUPPORTED, "facts is 64");
+    REFUSED(WIRE_QUERY, m.query.kind = 12, WIRE_MALFORMED, "kind is 12: 1 to 11");
 }
 
 /* ---- limits ---- */
