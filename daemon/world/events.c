@@ -117,7 +117,7 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
 
 /* What lies beyond the caches in a large world is asked for while pairs before it are reported: a pair, then its shapes
  * and what was reported of it, then its bodies, at last their names. */
-static inline void fetch_body(const body *b)
+static inline void fetch_reported_body(const body *b)
 {
     __builtin_prefetch(&b->pose);
     __builtin_prefetch(&b->region);
@@ -126,7 +126,7 @@ static inline void fetch_body(const body *b)
     __builtin_prefetch(&b->name);
 }
 
-static inline void fetch_ahead(const world *w, const uint32_t *told, size_t n, size_t count)
+static inline void fetch_told_ahead(const world *w, const uint32_t *told, size_t n, size_t count)
 {
     enum { PAIRS_AHEAD = 16, SHAPES_AHEAD = 12, BODIES_AHEAD = 8, NAMES_AHEAD = 4 };
     if (n + PAIRS_AHEAD >= count) return;
@@ -141,8 +141,8 @@ static inline void fetch_ahead(const world *w, const uint32_t *told, size_t n, s
         watch_fetch_last(w, p->first_watch);
     }
     p = &w->pairs.at[w->active_pairs.at[told[n + BODIES_AHEAD]]];
-    fetch_body(&w->bodies.at[w->colliders.at[p->a].body]);
-    fetch_body(&w->bodies.at[w->colliders.at[p->b].body]);
+    fetch_reported_body(&w->bodies.at[w->colliders.at[p->a].body]);
+    fetch_reported_body(&w->bodies.at[w->colliders.at[p->b].body]);
     p = &w->pairs.at[w->active_pairs.at[told[n + NAMES_AHEAD]]];
     __builtin_prefetch(w->bodies.at[w->colliders.at[p->a].body].name);
     __builtin_prefetch(w->bodies.at[w->colliders.at[p->b].body].name);
@@ -167,7 +167,7 @@ void events_of_active(world *w)
     size_t count;
     const uint32_t *told = list_told(w, &count);
     for (size_t n = 0; n < count; n++) {
-        fetch_ahead(w, told, n, count);
+        fetch_told_ahead(w, told, n, count);
         size_t k = told[n];
         uint32_t id = w->active_pairs.at[k];
         const pair *p = &w->pairs.at[id];
