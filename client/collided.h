@@ -700,6 +700,7 @@ typedef struct collided_check_options {
     double tolerance_m;  /* to which it is measured. 1e-6 */
 } collided_check_options;
 
+/* What is told of a configuration, or of an edge. */
 typedef struct collided_check_item {
     collided_verdict verdict;
     double first_lo, first_hi;   /* of an edge, from 0 to 1: it is free before first_lo, proven. At first_hi it meets
@@ -718,6 +719,7 @@ typedef struct collided_checked { /* freed by collided_checked_free */
     size_t name_count;
 } collided_checked;
 
+/* margin_m 0, resolution_m 1e-4, find_first, tolerance_m 1e-6; nothing is measured. */
 collided_check_options collided_check_options_default(void);
 
 /* How many numbers a configuration has: those of the joints that move and mimic no other, in their order. */
@@ -740,6 +742,7 @@ collided_status collided_check_states(collided *c, const collided_robot *robot, 
 collided_status collided_check_edges(collided *c, const collided_robot *robot, const collided_check_options *options,
     const double *positions, size_t count, double timeout_s, collided_checked *out);
 
+/* Frees what an answer owns. */
 void collided_checked_free(collided_checked *checked);
 
 /* ---- the daemon's state ---- */

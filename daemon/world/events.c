@@ -117,7 +117,7 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
 
 /* What lies beyond the caches in a large world is asked for while pairs before it are reported: a pair, then its shapes
  * and what was reported of it, then its bodies, at last their names. */
-static inline void fetch_body(const body *b)
+static inline void fetch_reported_body(const body *b)
 {
     __builtin_prefetch(&b->pose);
     __builtin_prefetch(&b->region);
@@ -141,8 +141,8 @@ static inline void events_fetch_ahead(const world *w, const uint32_t *told, size
         watch_fetch_last(w, p->first_watch);
     }
     p = &w->pairs.at[w->active_pairs.at[told[n + BODIES_AHEAD]]];
-    fetch_body(&w->bodies.at[w->colliders.at[p->a].body]);
-    fetch_body(&w->bodies.at[w->colliders.at[p->b].body]);
+    fetch_reported_body(&w->bodies.at[w->colliders.at[p->a].body]);
+    fetch_reported_body(&w->bodies.at[w->colliders.at[p->b].body]);
     p = &w->pairs.at[w->active_pairs.at[told[n + NAMES_AHEAD]]];
     __builtin_prefetch(w->bodies.at[w->colliders.at[p->a].body].name);
     __builtin_prefetch(w->bodies.at[w->colliders.at[p->b].body].name);

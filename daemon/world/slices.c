@@ -517,7 +517,9 @@ static void fetch_awake_ahead(world *w, size_t i)
  * none of theirs. */
 static bool mark_awake(world *w, uint64_t *spent)
 {
+    enum { MANY = 4 }; /* a share of all bodies; of fewer the bits would cost more than they spare */
     size_t words = w->colliders.count / 64 + 1, links = 0;
+    if (w->awake.count < w->bodies.count / MANY) return false;
     array_reserve(&w->awake_bits, words);
     memset(w->awake_bits.at, 0, words * sizeof *w->awake_bits.at);
     for (size_t i = 0; i < w->awake.count; i++) {

@@ -70,9 +70,14 @@ world_event watch_contact(const world *w, uint32_t id)
     return e;
 }
 
+static bool is_same_memory(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
 static bool is_vec(const vec3 *a, const vec3 *b)
 {
-    return memcmp(a, b, sizeof *a) == 0; /* the same bits */
+    return is_same_memory(a, b, sizeof *a);
 }
 
 static bool are_points(const last_points *kept, const manifold *m)
@@ -81,7 +86,7 @@ static bool are_points(const last_points *kept, const manifold *m)
     for (uint32_t i = 0; same && i < m->count; i++) {
         const manifold_point *p = &kept->at[i], *q = &m->points[i];
         same = p->feature == q->feature && is_vec(&p->point, &q->point) &&
-               memcmp(&p->distance, &q->distance, sizeof p->distance) == 0;
+               is_same_memory(&p->distance, &q->distance, sizeof p->distance);
     }
     return same;
 }
@@ -91,9 +96,9 @@ bool watch_has_said(const world *w, uint32_t id, const world_event *e)
     const last_contact *l = &w->last_contacts.at[id];
     const body *a = &w->bodies.at[w->colliders.at[w->pairs.at[w->watches.at[id].pair].a].body];
     bool turned = e->name_a != a->name;
-    return memcmp(&l->lo, &e->lo, sizeof l->lo) == 0 && memcmp(&l->hi, &e->hi, sizeof l->hi) == 0 &&
+    return is_same_memory(&l->lo, &e->lo, sizeof l->lo) && is_same_memory(&l->hi, &e->hi, sizeof l->hi) &&
            is_vec(&l->axis, &e->axis) && is_vec(&l->point_a, &e->point_a) && is_vec(&l->point_b, &e->point_b) &&
-           memcmp(&l->closing, &e->closing, sizeof l->closing) == 0 && l->achieved == e->achieved &&
+           is_same_memory(&l->closing, &e->closing, sizeof l->closing) && l->achieved == e->achieved &&
            l->shape_a == e->shape_a && l->shape_b == e->shape_b && l->turned == turned &&
            l->points == e->manifold.count && are_points(&w->last_points.at[id], &e->manifold);
 }
