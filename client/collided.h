@@ -725,7 +725,7 @@ collided_check_options collided_check_options_default(void);
 /* How many numbers a configuration has: those of the joints that move and mimic no other, in their order. */
 size_t collided_robot_coordinates(const collided_robot *robot);
 
-/* Are these configurations free of everything that the links' bodies are to keep away from, and of each other?
+/* Tells which configurations are free. That is: of all that the links' bodies are to keep away from, and of each other.
  * `positions`: count times collided_robot_coordinates numbers, rad or m. Nothing is moved, and no subscriber hears of
  * it. Obstacles stand as the daemon's last tick left them: where many items take several ticks, not all in the same
  * one. What is proven holds for the poses, joints and shapes as given, the joints' values read as real numbers. Method:
@@ -736,7 +736,7 @@ size_t collided_robot_coordinates(const collided_robot *robot);
 collided_status collided_check_states(collided *c, const collided_robot *robot, const collided_check_options *options,
     const double *positions, size_t count, double timeout_s, collided_checked *out);
 
-/* The same of straight lines in joint space, from the first to the second of each two configurations: 2 count of them.
+/* Tells which straight lines in joint space are free. Each goes from the first to the second of two configurations.
  * The whole line is proven, not samples of it. Values of continuous joints go the way that they are given, not the
  * shorter one. */
 collided_status collided_check_edges(collided *c, const collided_robot *robot, const collided_check_options *options,

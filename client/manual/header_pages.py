@@ -15,7 +15,7 @@ COMMENT = re.compile(r"/\*(.*?)\*/", re.S)
 # A comment before, the declaration up to the ';' outside of braces, and a comment behind it on the same line.
 DECLARATION = re.compile(
     r"(?P<before>/\*(?:(?!\*/).)*\*/\n)?"
-    r"(?P<code>(?:typedef |enum |const |int |int64_t |void |collided)(?:[^;{}]|\{[^{}]*\})*;)"
+    r"(?P<code>(?:typedef |enum |const |int |int64_t |size_t |void |collided)(?:[^;{}]|\{[^{}]*\})*;)"
     r"(?P<after>[ \t]*/\*(?:(?!\*/).)*\*/)?", re.S)
 PARTS = re.compile(r"^/\* ---- (?P<title>.*?) ---- \*/$", re.M)
 

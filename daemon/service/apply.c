@@ -181,6 +181,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
         .category = (uint64_t)m->category,
         .mask = (uint64_t)m->mask,
         .one_way = m->one_way,
+        .in_step = c->lock_step > 0,
         .owner = (uint64_t)c->client,
         .ccd = (world_ccd)m->ccd,
         .acceleration = m->acceleration_m_s2,
@@ -266,7 +267,9 @@ static wire_reason put_subscription(service *s, session *c, const wire_subscript
         .relative_tolerance = m->relative_tolerance,
         .accuracy = (world_accuracy)m->accuracy,
         .horizon = m->horizon_s,
-        .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0};
+        .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0,
+        .owner = (uint64_t)c->client,
+        .in_step = c->lock_step > 0};
     if (s->amend_subscription) s->amend_subscription(s->amend_context, &def);
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
     if (stream_taken(s, c, m, id, why)) return why->reason; /* before anything has changed */

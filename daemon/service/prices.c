@@ -3,9 +3,10 @@
  * charged the difference, and what a price does not foresee is bounded where it is done. Pure. */
 #include "shares.h"
 
+static const double A_SUBSCRIPTION = 40; /* its stream is memory that the system has yet to find, and a writer */
 static const double COMMAND = 2, A_BODY = 5, A_SHAPE = 2, A_CHILD = 10, A_RULE = 0.2; /* each */
 static const double A_MATCH = 0.002;  /* a rule, or a pattern of a subscription, and a body */
-static const double A_NUMBER = 0.006; /* of a geometry: copied into memory that the system has yet to find */
+static const double A_NUMBER = 0.012; /* of a geometry: copied into memory that the system has yet to find */
 static const double A_POSE = 0.1;
 static const double A_POINT = 2, A_TRIANGLE = 1.5, A_HEIGHT = 4; /* of what is built: hull, mesh, height field */
 static const double A_QUERY = 20, A_BODY_NAMED = 0.05, A_BODY_LOOKED_THROUGH = 0.02, A_HIT = 1;
@@ -50,7 +51,8 @@ price price_of(const wire_message *m, size_t bodies)
     case WIRE_BODY:
         return m->body.removed ? (price){A_BODY, A_BODY} : of_body(&m->body, (double)bodies);
     case WIRE_SUBSCRIPTION:
-        return (price){A_BODY, A_BODY + 2 * A_MATCH * (double)bodies};
+        return m->subscription.removed ? (price){A_BODY, A_BODY}
+                                       : (price){A_SUBSCRIPTION, A_SUBSCRIPTION + 2 * A_MATCH * (double)bodies};
     case WIRE_QUERY:
         return of_query(&m->query, (double)bodies);
     case WIRE_POSE_BATCH: /* poses have rates of their own */

@@ -121,7 +121,7 @@ static int start(service *s, const record_terms *terms, const int64_t *client, i
     log_notice("recording to %s", record_file_path(s->recording_to));
     size_t bytes = record_state_size(s), state_bytes = state_size(s);
     if (s->tick > 0 && !s->replaying && bytes + state_bytes > AT_ONCE) {
-        record_file_ask_room(s->recording_to, bytes, state_bytes + state_bytes / 16);
+        record_file_ask_room(s->recording_to, state_bytes + state_bytes / 16);
         return 0;
     }
     announce(s);
@@ -148,12 +148,15 @@ int record_start(service *s, const char *path, const int64_t *client, char *why,
 /* What was recorded before is in it, what is recorded from here on comes after it. */
 static void record_whole_state(service *s)
 {
-    bytes_out whole = s->record_room;
+    state_parts whole = {.own = s->record_room};
     s->record_room = (bytes_out){0};
     s->state_due = false;
-    if (!s->recording) return;
+    if (!s->recording) {
+        state_parts_free(&whole, s->builds);
+        return;
+    }
     state_put(s, &whole);
-    int64_t first = wire_log_leave_state(s->recording, whole.count);
+    int64_t first = wire_log_leave_state(s->recording, whole.size);
     record_file_put_state(s->recording_to, &whole, first, s->now_ns / 1000);
 }
 
@@ -195,7 +198,7 @@ void record_tick(service *s)
         return;
     }
     if (s->record_telling.runs) { /* over some ticks, whose ends are not reported; the state is one tick's work */
-        (void)record_state_more(s, REPORT_NS);
+        if (record_file_part(s->recording_to)) (void)record_state_more(s, REPORT_NS);
         return;
     }
     if (s->state_due) record_whole_state(s);

@@ -3,7 +3,6 @@
 #include "record_file.h"
 
 #include "base/clock.h"
-#include "base/hash.h"
 #include "wire/wire_log.h"
 
 #include <dirent.h>
@@ -30,10 +29,10 @@ static const int64_t SYNC_NS = 1000000000;
 typedef struct piece {
     struct piece *next;
     bytes_out bytes;
-    size_t counted;  /* bytes of it, in `queued` */
-    bool ends_whole; /* behind a tick; not: what a recording in the middle begins with */
-    bool is_state;
-    int64_t first_record, timestamp_us;
+    state_parts state;                  /* or one of these, ... */
+    size_t counted;                     /* bytes of it, in `queued` */
+    bool ends_whole;                    /* behind a tick; not: what a recording in the middle begins with */
+    int64_t first_record, timestamp_us; /* ... framed by the thread */
 } piece;
 
 struct record_file {
@@ -42,13 +41,13 @@ struct record_file {
     pthread_cond_t came, gone; /* to the thread: there is work. From it: it stands otherwise, or the queue is shorter */
     /* under the lock */
     piece *first, *last;
-    size_t queued; /* bytes; what a recording begins with is as large as the world, and does not count */
+    size_t queued; /* bytes; a state, most of which is borrowed, does not count */
     record_file_stand stand;
     bool closing, closed; /* no more comes; the thread has ended */
     char path[PATH_ROOM], why[PATH_ROOM + 256];
     const char *option;
-    size_t asked_bytes[2]; /* of room; 0: for none, or it is there, ... */
-    bytes_out room[2];     /* ... here */
+    size_t asked_bytes; /* of room; 0: for none, or it is there, ... */
+    bytes_out room;     /* ... here */
     /* the tick thread's */
     bytes_out tick; /* what the tick that is on has said */
     /* the thread's */
@@ -200,18 +199,6 @@ static int put_to_bytes(void *context, const uint8_t *bytes, size_t size)
     return 0;
 }
 
-static void frame_state(piece *p)
-{
-    bytes_out framed = {0};
-    array_reserve(&framed, p->bytes.count + p->bytes.count / 256 + 4096);
-    wire_log_writer *w = wire_log_to(put_to_bytes, &framed, p->first_record);
-    uint64_t hash = hash_words(HASH_START, p->bytes.at, p->bytes.count);
-    if (w) wire_log_whole_state(w, p->timestamp_us, p->bytes.at, p->bytes.count, hash);
-    wire_log_close(w);
-    array_free(&p->bytes);
-    p->bytes = framed;
-}
-
 static bool has_room_for_bytes(record_file *f, size_t more)
 {
     char why[128];
@@ -225,17 +212,45 @@ static bool has_room_for_bytes(record_file *f, size_t more)
     return false;
 }
 
-static bool write_piece(record_file *f, piece *p)
+static bool write_bytes(record_file *f, const bytes_out *bytes)
 {
-    if (p->is_state) frame_state(p);
-    if (!has_room_for_bytes(f, p->bytes.count)) return false;
     if (!f->unsynced) f->since_ns = clock_monotonic_ns();
     f->unsynced = true;
-    if (write_all(f, p->bytes.at, p->bytes.count) != 0) {
+    if (write_all(f, bytes->at, bytes->count) != 0) {
         end_with_error(f, "");
         return false;
     }
-    f->size += (int64_t)p->bytes.count;
+    f->size += (int64_t)bytes->count;
+    return true;
+}
+
+/* It may be far larger than what is to be in memory twice. */
+static bool write_state(record_file *f, piece *p)
+{
+    state_parts *all = &p->state;
+    bytes_out framed = {0};
+    if (!has_room_for_bytes(f, all->size + all->size / 256)) return false;
+    uint8_t *some = base_alloc(WIRE_LOG_PIECE_BYTES, 1);
+    wire_log_writer *w = wire_log_to(put_to_bytes, &framed, p->first_record);
+    uint64_t hash = state_parts_hash(all);
+    bool good = w != NULL;
+    while (good && all->read < all->size) {
+        size_t offset = all->read, size = state_parts_read(all, some, WIRE_LOG_PIECE_BYTES);
+        wire_log_state_piece(w, p->timestamp_us, offset, all->size, hash, some, size);
+        if (framed.count < JOINED_MAX && all->read < all->size) continue;
+        good = write_bytes(f, &framed);
+        framed.count = 0;
+    }
+    wire_log_close(w);
+    array_free(&framed);
+    free(some);
+    return good;
+}
+
+static bool write_piece(record_file *f, piece *p)
+{
+    if (p->state.size) return write_state(f, p);
+    if (!has_room_for_bytes(f, p->bytes.count) || !write_bytes(f, &p->bytes)) return false;
     if (p->ends_whole) f->whole = f->size;
     return true;
 }
@@ -281,6 +296,7 @@ static piece *next_piece(record_file *f)
 static void free_piece(piece *p)
 {
     array_free(&p->bytes);
+    state_parts_free(&p->state, NULL);
     free(p);
 }
 
@@ -315,17 +331,17 @@ static bytes_out make_bytes(size_t size)
     return room;
 }
 
-static void make_rooms(record_file *f)
+static void make_room_of_state(record_file *f)
 {
     pthread_mutex_lock(&f->lock);
-    while (!f->asked_bytes[0] && !f->first && !no_more_comes(f)) pthread_cond_wait(&f->came, &f->lock);
-    size_t sizes[2] = {f->asked_bytes[0], f->asked_bytes[1]};
+    while (!f->asked_bytes && !f->first && !no_more_comes(f)) pthread_cond_wait(&f->came, &f->lock);
+    size_t size = f->asked_bytes;
     pthread_mutex_unlock(&f->lock);
-    if (!sizes[0]) return;
-    bytes_out rooms[2] = {make_bytes(sizes[0]), make_bytes(sizes[1])};
+    if (!size) return;
+    bytes_out room = make_bytes(size);
     pthread_mutex_lock(&f->lock);
-    memcpy(f->room, rooms, sizeof rooms);
-    f->asked_bytes[0] = f->asked_bytes[1] = 0;
+    f->room = room;
+    f->asked_bytes = 0;
     pthread_mutex_unlock(&f->lock);
 }
 
@@ -333,7 +349,7 @@ static void *keep_file(void *context)
 {
     record_file *f = context;
     if (open_piece(f)) {
-        make_rooms(f);
+        make_room_of_state(f);
         write_and_sync(f);
     }
     if (f->fd >= 0 && close(f->fd) != 0) end_with_error(f, "");
@@ -362,8 +378,7 @@ static void free_record_file(record_file *f)
         free_piece(p);
     }
     array_free(&f->tick);
-    array_free(&f->room[0]);
-    array_free(&f->room[1]);
+    array_free(&f->room);
     pthread_cond_destroy(&f->came);
     pthread_cond_destroy(&f->gone);
     pthread_mutex_destroy(&f->lock);
@@ -420,11 +435,10 @@ const char *record_file_why(const record_file *f, const char **option)
     return f->why;
 }
 
-void record_file_ask_room(record_file *f, size_t bytes, size_t state_bytes)
+void record_file_ask_room(record_file *f, size_t state_bytes)
 {
     pthread_mutex_lock(&f->lock);
-    f->asked_bytes[0] = bytes;
-    f->asked_bytes[1] = state_bytes;
+    f->asked_bytes = state_bytes;
     pthread_cond_signal(&f->came);
     pthread_mutex_unlock(&f->lock);
 }
@@ -432,15 +446,13 @@ void record_file_ask_room(record_file *f, size_t bytes, size_t state_bytes)
 bool record_file_take_room(record_file *f, bytes_out *state)
 {
     pthread_mutex_lock(&f->lock);
-    bool there = f->room[0].capacity > 0;
-    bytes_out rooms[2] = {f->room[0], f->room[1]};
-    if (there) f->room[0] = f->room[1] = (bytes_out){0};
+    bool there = f->room.capacity > 0;
+    if (there) {
+        *state = f->room;
+        f->room = (bytes_out){0};
+    }
     pthread_mutex_unlock(&f->lock);
-    if (!there) return false;
-    array_free(&f->tick);
-    f->tick = rooms[0];
-    *state = rooms[1];
-    return true;
+    return there;
 }
 
 int record_file_put(void *file, const uint8_t *bytes, size_t size)
@@ -481,19 +493,47 @@ static void hand_over(record_file *f)
     f->tick = (bytes_out){0};
 }
 
-void record_file_put_state(record_file *f, bytes_out *state, int64_t first_record, int64_t timestamp_us)
+/* With the lock: what is in the middle of a tick, or of what a recording begins with. */
+static void hand_over_part(record_file *f)
+{
+    if (!f->tick.count) return;
+    f->queued += f->tick.count;
+    append(f, (piece){.bytes = f->tick, .counted = f->tick.count});
+    f->tick = (bytes_out){0};
+}
+
+void record_file_put_state(record_file *f, state_parts *state, int64_t first_record, int64_t timestamp_us)
 {
     pthread_mutex_lock(&f->lock);
-    append(f, (piece){.bytes = f->tick});
-    append(f, (piece){.bytes = *state, .is_state = true, .first_record = first_record, .timestamp_us = timestamp_us});
+    hand_over_part(f);
+    append(f, (piece){.state = *state, .first_record = first_record, .timestamp_us = timestamp_us});
     pthread_mutex_unlock(&f->lock);
-    f->tick = (bytes_out){0};
-    *state = (bytes_out){0};
+    *state = (state_parts){.size = 0};
+}
+
+static void end_behind(record_file *f)
+{
+    char why[128];
+    snprintf(why, sizeof why, "the disk does not keep up: %d MiB wait to be written", QUEUE_MAX >> 20);
+    end_with(f, "", why);
+}
+
+bool record_file_part(record_file *f)
+{
+    pthread_mutex_lock(&f->lock);
+    bool full = f->queued > QUEUE_MAX;
+    if (full || f->stand == RECORD_FILE_ENDED)
+        f->tick.count = 0;
+    else
+        hand_over_part(f);
+    bool more = f->queued < QUEUE_MAX / 4;
+    pthread_mutex_unlock(&f->lock);
+    if (full) end_behind(f);
+    return more;
 }
 
 void record_file_tick(record_file *f, bool may_wait)
 {
-    char why[128];
     pthread_mutex_lock(&f->lock);
     while (may_wait && f->queued > QUEUE_MAX && f->stand != RECORD_FILE_ENDED) wait_gone(f, -1, 0);
     bool full = f->queued > QUEUE_MAX;
@@ -502,9 +542,7 @@ void record_file_tick(record_file *f, bool may_wait)
     else
         hand_over(f);
     pthread_mutex_unlock(&f->lock);
-    if (!full) return;
-    snprintf(why, sizeof why, "the disk does not keep up: %d MiB wait to be written", QUEUE_MAX >> 20);
-    end_with(f, "", why);
+    if (full) end_behind(f);
 }
 
 bool record_file_close(record_file *f, int wait_ms)

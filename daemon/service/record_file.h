@@ -8,7 +8,7 @@
 #ifndef COLLIDED_SERVICE_RECORD_FILE_H
 #define COLLIDED_SERVICE_RECORD_FILE_H
 
-#include "base/bytes.h"
+#include "state_parts.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -40,13 +40,15 @@ const char *record_file_path(const record_file *f);
 const char *record_file_why(const record_file *f, const char **option);
 
 /* Where much is to be put at once, the memory for it is asked for first, which takes longer than putting it: the thread
- * makes room for so many bytes. True when it is there; the second is for a state. */
-void record_file_ask_room(record_file *f, size_t bytes, size_t state_bytes);
+ * makes room for so many bytes of a state. True when it is there. */
+void record_file_ask_room(record_file *f, size_t state_bytes);
 bool record_file_take_room(record_file *f, bytes_out *state);
 
 int record_file_put(void *f, const uint8_t *bytes, size_t size); /* of the tick that is on; a wire_log_put */
-/* A whole state, framed by the thread; takes the bytes over. What was put before comes before it. */
-void record_file_put_state(record_file *f, bytes_out *state, int64_t first_record, int64_t timestamp_us);
+/* A whole state, framed by the thread; takes it over. What was put before comes before it. */
+void record_file_put_state(record_file *f, state_parts *state, int64_t first_record, int64_t timestamp_us);
+/* What was put is a part of what a recording begins with. False: much waits to be written, and more had better wait. */
+bool record_file_part(record_file *f);
 /* What was put is a whole tick. If the queue is full: waits for room (a replay may), or the recording ends. */
 void record_file_tick(record_file *f, bool may_wait);
 

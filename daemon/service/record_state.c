@@ -4,6 +4,7 @@
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
+#include "record_file.h"
 #include "recordings.h"
 #include "service.h"
 
@@ -11,25 +12,44 @@
 
 #include <stdlib.h>
 
-static void report_geometry(service *s, const geometry *g, int64_t client)
+static bool time_is_up(int64_t until_ns)
 {
-    for (int32_t piece = 0; piece < g->pieces; piece++) {
+    return until_ns != INT64_MAX && clock_monotonic_ns() >= until_ns;
+}
+
+static void report_piece(service *s, const geometry *g, int64_t client, int32_t piece)
+{
+    geometry_share share = geometry_share_of(g, piece);
+    const wire_message m = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = 1,
+            .kind = g->kind,
+            .hash = g->hash,
+            .vertex_numbers = (int32_t)g->vertex_numbers,
+            .index_numbers = (int32_t)g->index_numbers,
+            .piece = piece,
+            .pieces = g->pieces,
+            .vertices = {(uint32_t)share.vertices, g->vertices + share.first_vertex},
+            .indices = {(uint32_t)share.indices, g->indices + share.first_index}}};
+    record_message(s, &m);
+    if (s->recording && !s->replaying) (void)record_file_part(s->recording_to);
+}
+
+/* Goes on where it was cut off, if it is the same one. True: all of its pieces were told. */
+static bool report_geometry(service *s, const geometry *g, int64_t client, int64_t until_ns)
+{
+    record_telling *t = &s->record_telling;
+    int32_t piece = t->geometry == g->id ? t->piece : 0;
+    t->geometry = g->id;
+    for (t->piece = piece; t->piece < g->pieces;) {
+        piece = t->piece++;
         if (g->has && !g->has[piece]) continue; /* the recording will see it come */
-        geometry_share share = geometry_share_of(g, piece);
-        wire_message m = {.kind = WIRE_GEOMETRY,
-            .geometry = {.version = WIRE_VERSION,
-                .client = client,
-                .sequence = 1,
-                .kind = g->kind,
-                .hash = g->hash,
-                .vertex_numbers = (int32_t)g->vertex_numbers,
-                .index_numbers = (int32_t)g->index_numbers,
-                .piece = piece,
-                .pieces = g->pieces,
-                .vertices = {(uint32_t)share.vertices, g->vertices + share.first_vertex},
-                .indices = {(uint32_t)share.indices, g->indices + share.first_index}}};
-        record_message(s, &m);
+        report_piece(s, g, client, piece);
+        if (time_is_up(until_ns) && t->piece < g->pieces) return false;
     }
+    t->geometry = t->piece = 0;
+    return true;
 }
 
 static void report_taken_back(service *s, const geometry_claim *c)
@@ -175,25 +195,23 @@ static void report_left(service *s)
     }
 }
 
-/* What the bodies of a client hold, though it has taken it back: each once. */
-static void report_held(service *s, const session *c)
+/* What the bodies of a client hold, though it has taken it back: each once. True: all of them were told. */
+static bool report_held(service *s, const session *c, int64_t until_ns)
 {
-    pair_map reported;
-    pair_map_init(&reported);
-    for (size_t k = 0; k < c->bodies.count; k++)
-        for (size_t n = 0; n < c->bodies.at[k].geometries.count; n++) {
-            const geometry *g = geometry_at(s, c->bodies.at[k].geometries.at[n]);
+    record_telling *t = &s->record_telling;
+    for (; t->next_body < c->bodies.count; t->next_body++) {
+        const owned_body *b = &c->bodies.at[t->next_body];
+        for (size_t n = 0; n < b->geometries.count; n++) {
+            const geometry *g = geometry_at(s, b->geometries.at[n]);
             bool claimed = geometry_claimed(s, c->client, g->hash) == g->id;
-            if (claimed || pair_map_get(&reported, (uint64_t)g->id) != PAIR_MAP_NONE) continue;
-            pair_map_put(&reported, (uint64_t)g->id, 0);
-            report_geometry(s, g, c->client);
+            if (claimed || pair_map_get(&t->held, (uint64_t)g->id) != PAIR_MAP_NONE) continue;
+            if (!report_geometry(s, g, c->client, until_ns)) return false;
+            pair_map_put(&t->held, (uint64_t)g->id, 0);
+            if (time_is_up(until_ns)) return false;
         }
-    pair_map_free(&reported);
-}
-
-static bool time_is_up(int64_t until_ns)
-{
-    return until_ns != INT64_MAX && clock_monotonic_ns() >= until_ns;
+    }
+    pair_map_free(&t->held);
+    return true;
 }
 
 /* From the one on that follows what was reported last: claims come and go meanwhile, but keep their order. True: all of
@@ -202,34 +220,46 @@ static bool report_claimed(service *s, const session *c, int64_t until_ns)
 {
     record_telling *t = &s->record_telling;
     uint32_t last = t->hash ? pair_map_get(&c->claim_of, (uint64_t)t->hash) : PAIR_MAP_NONE;
-    for (size_t k = last == PAIR_MAP_NONE ? 0 : last + 1; k < c->claims.count; k++) {
+    for (size_t k = last == PAIR_MAP_NONE ? 0 : last + !t->piece; k < c->claims.count; k++) {
         const geometry_claim *claim = &c->claims.at[k];
         const geometry *g = claim->geometry ? geometry_at(s, claim->geometry) : NULL;
         if (!g) continue;
         t->hash = claim->hash;
-        report_geometry(s, g, c->client);
+        if (!report_geometry(s, g, c->client, until_ns)) return false;
         if (g->is_building) record_build(s, c->client, g->hash, false);
         if (time_is_up(until_ns)) return false;
     }
     return true;
 }
 
-/* What is claimed meanwhile is recorded already. */
+static bool report_all_taken_back(service *s, const session *c, int64_t until_ns)
+{
+    (void)until_ns; /* a session remembers some thousands of them */
+    for (size_t k = 0; k < c->claims.count; k++)
+        if (!c->claims.at[k].geometry && c->claims.at[k].sequence) report_taken_back(s, &c->claims.at[k]);
+    return true;
+}
+
+/* Of each client, in turn. What is claimed meanwhile is recorded already. True: of all of them. */
+static bool report_each(service *s, bool (*report)(service *s, const session *c, int64_t until_ns), int64_t until_ns)
+{
+    record_telling *t = &s->record_telling;
+    for (; t->next < t->clients.count; t->next++) {
+        const session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
+        if (time_is_up(until_ns) || (c && !report(s, c, until_ns))) return false;
+        t->hash = t->geometry = t->piece = 0;
+        t->next_body = 0;
+    }
+    t->next = 0;
+    return true;
+}
+
 static void report_geometries(service *s, int64_t until_ns)
 {
     record_telling *t = &s->record_telling;
-    for (; t->next < t->clients.count; t->next++, t->hash = 0) {
-        const session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
-        if (c && !report_claimed(s, c, until_ns)) return;
-    }
-    for (size_t i = 0; i < s->sessions.count; i++) report_held(s, s->sessions.at[i]);
-    for (size_t i = 0; i < s->sessions.count; i++) {
-        const session *c = s->sessions.at[i];
-        for (size_t k = 0; k < c->claims.count; k++)
-            if (!c->claims.at[k].geometry && c->claims.at[k].sequence) report_taken_back(s, &c->claims.at[k]);
-    }
-    t->next = 0;
-    t->geometries_reported = true;
+    if (t->what == TELLS_CLAIMED && report_each(s, report_claimed, until_ns)) t->what = TELLS_HELD;
+    if (t->what == TELLS_HELD && report_each(s, report_held, until_ns)) t->what = TELLS_TAKEN_BACK;
+    if (t->what == TELLS_TAKEN_BACK && report_each(s, report_all_taken_back, until_ns)) t->what = TELLS_CLIENTS;
 }
 
 size_t record_state_size(const service *s)
@@ -239,7 +269,11 @@ size_t record_state_size(const service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         size += A_MESSAGE + A_BODY * c->bodies.count + A_SHAPE * c->shape_count + c->held.bytes.count +
-                (size_t)(c->geometry_bytes + c->geometry_bytes / 16);
+                (size_t)c->geometry_bytes;
+    }
+    for (size_t i = 0; i < s->geometries.count; i++) { /* what bodies hold of it, and nobody claims, is told, too */
+        const geometry *g = &s->geometries.at[i];
+        if (g->id && !g->claims) size += (size_t)geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
     }
     return size;
 }
@@ -315,9 +349,9 @@ bool record_state_more(service *s, int64_t most_ns)
     record_telling *t = &s->record_telling;
     int64_t until_ns = most_ns == INT64_MAX ? most_ns : clock_monotonic_ns() + most_ns;
     if (!t->runs) return true;
-    if (!t->geometries_reported) report_geometries(s, until_ns);
-    if (t->geometries_reported && !time_is_up(until_ns)) report_clients(s, until_ns);
-    if (t->next < t->clients.count || !t->geometries_reported) return false;
+    if (t->what != TELLS_CLIENTS) report_geometries(s, until_ns);
+    if (t->what == TELLS_CLIENTS && !time_is_up(until_ns)) report_clients(s, until_ns);
+    if (t->next < t->clients.count || t->what != TELLS_CLIENTS) return false;
     report_waiting_bodies(s);
     record_state_end(s);
     return true;
@@ -326,5 +360,6 @@ bool record_state_more(service *s, int64_t most_ns)
 void record_state_end(service *s)
 {
     array_free(&s->record_telling.clients);
+    pair_map_free(&s->record_telling.held);
     s->record_telling = (record_telling){.runs = false};
 }

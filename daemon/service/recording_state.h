@@ -3,6 +3,7 @@
 #define COLLIDED_SERVICE_RECORDING_STATE_H
 
 #include "base/array.h"
+#include "base/pair_map.h"
 #include "link/link.h"
 #include "wire/wire_lcm.h"
 
@@ -14,8 +15,11 @@ typedef struct record_wish { /* the last one on recordings, and what was answere
 
 typedef struct record_telling { /* of what a recording that begins in the middle is told: how far that has come */
     bool runs;
-    bool geometries_reported;
+    enum { TELLS_CLAIMED, TELLS_HELD, TELLS_TAKEN_BACK, TELLS_CLIENTS } what;
     int64_t hash;           /* of the last claim of the next client on a geometry that was told; 0: none */
+    int64_t geometry;       /* of which some pieces were told: its id, ... */
+    int32_t piece;          /* ... and its next piece; 0: none is told in part */
+    pair_map held;          /* ids of those that the next client's bodies hold, and that were told */
     ARRAY(int64_t) clients; /* that are to be told, ... */
     size_t next, next_body; /* ... and who, and what of its bodies, is next */
 } record_telling;

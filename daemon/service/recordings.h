@@ -3,10 +3,11 @@
 #define COLLIDED_SERVICE_RECORDINGS_H
 
 #include "service.h"
+#include "state_parts.h"
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */
-void state_put(service *s, bytes_out *to);
-size_t state_size(const service *s); /* about as many bytes as that will be */
+void state_put(service *s, state_parts *all);
+size_t state_size(const service *s); /* about as many bytes as that will be, but for the numbers of geometries */
 /* Of this release and build? If not, it says of which. */
 bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size);
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */

@@ -14,11 +14,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double TICK_US = 10000;  /* of expected work that a tick takes, of all together */
-static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
-static const double DEAR_US = 10;     /* what a Client costs that waits while its purse is empty */
-static const double TURN_US = 1000;   /* of what waits, before the next one's turn */
-static const double BURST_S = 4;      /* what may be saved up, seconds of what may be spent in one */
+static const double TICK_US = 10000;   /* of expected work that a tick takes, of all together */
+static const double DIRECT_US = 2000;  /* of that a purse may have before others have had their turn */
+static const double DEAR_US = 10;      /* what a Client costs that waits while its purse is empty */
+static const double TURN_US = 1000;    /* of what waits, before the next one's turn */
+static const double LEFT_OUT_US = 0.2; /* to leave out what a client that is gone has left waiting */
+static const double BURST_S = 4;       /* what may be saved up, seconds of what may be spent in one */
 static const double BESIDE_POSES_US =
     5000; /* of a tick, whatever poses take of it: who floods with them stops no other */
 enum {
@@ -35,6 +36,7 @@ typedef struct held {
     int64_t client, origin;
     uint64_t key; /* of the message: a copy of it need not wait, too */
     wire_kind kind;
+    uint32_t life; /* of its client: if that has left since, nothing comes of it */
     uint8_t *data; /* encoded */
     size_t size;
 } held;
@@ -67,6 +69,8 @@ struct shares {
     ARRAY(newcomer) newcomers; /* clients that this tick begins */
     pair_map come;         /* bodies, subscriptions, geometries that were admitted in this tick: what is there then */
     pair_map waits;        /* keys of what waits, and how often it does */
+    pair_map waits_of;     /* client -> messages of it that wait */
+    pair_map lives;        /* client that has such -> how often it has left since the first of them came */
     size_t waiting, bytes; /* in all queues */
     size_t bodies;         /* in the world */
     size_t crowded_at;     /* so many purses: time to drop those that nobody needs */
@@ -84,6 +88,8 @@ shares *shares_create(void)
     pair_map_init(&h->purse_of);
     pair_map_init(&h->come);
     pair_map_init(&h->waits);
+    pair_map_init(&h->waits_of);
+    pair_map_init(&h->lives);
     h->memory = wire_memory_create();
     h->left_us = TICK_US;
     h->dirty = true;
@@ -106,6 +112,8 @@ void shares_destroy(shares *h)
     pair_map_free(&h->purse_of);
     pair_map_free(&h->come);
     pair_map_free(&h->waits);
+    pair_map_free(&h->waits_of);
+    pair_map_free(&h->lives);
     wire_memory_destroy(h->memory);
     free(h);
 }
@@ -548,12 +556,22 @@ static bool refuse_waiting(service *s, const wire_message *m, const purse *p, wi
     return false;
 }
 
-static uint64_t key_of_message(const wire_message *m)
+/* 0 of who is not in it. */
+static uint32_t count_in(const pair_map *m, int64_t client)
+{
+    uint32_t count = client ? pair_map_get(m, (uint64_t)client) : PAIR_MAP_NONE;
+    return count == PAIR_MAP_NONE ? 0 : count;
+}
+
+/* Who comes again after he has left may count from 1 again. */
+static uint64_t key_of_message(const shares *h, const wire_message *m)
 {
     int64_t client, sequence;
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
-    return key_of_object(m, client, sequence);
+    const uint64_t words[2] = {key_of_object(m, client, sequence), count_in(&h->lives, client)};
+    uint64_t key = hash_words(secret(), words, sizeof words);
+    return key ? key : 1;
 }
 
 static held hold_message(shares *h, struct link *from, int64_t client, const wire_message *m)
@@ -561,27 +579,35 @@ static held hold_message(shares *h, struct link *from, int64_t client, const wir
     held l = {.link = from,
         .client = client,
         .origin = from->origin,
-        .key = key_of_message(m),
+        .key = key_of_message(h, m),
+        .life = count_in(&h->lives, client),
         .kind = m->kind,
         .size = wire_lcm_size(m)};
     uint32_t before = pair_map_get(&h->waits, l.key);
     l.data = base_alloc(l.size, 1);
     l.size = wire_lcm_encode(m, l.data, l.size);
     pair_map_put(&h->waits, l.key, before == PAIR_MAP_NONE ? 1 : before + 1);
+    pair_map_put(&h->waits_of, (uint64_t)client, count_in(&h->waits_of, client) + 1);
     return l;
 }
 
-static void forget_key(shares *h, uint64_t key)
+static void forget_held(shares *h, const held *l)
 {
-    uint32_t times = key ? pair_map_remove(&h->waits, key) : PAIR_MAP_NONE;
-    if (times != PAIR_MAP_NONE && times > 1) pair_map_put(&h->waits, key, times - 1);
+    uint32_t times = pair_map_remove(&h->waits, l->key), left = count_in(&h->waits_of, l->client) - 1;
+    if (times != PAIR_MAP_NONE && times > 1) pair_map_put(&h->waits, l->key, times - 1);
+    if (left) {
+        pair_map_put(&h->waits_of, (uint64_t)l->client, left);
+    } else {
+        pair_map_remove(&h->waits_of, (uint64_t)l->client);
+        pair_map_remove(&h->lives, (uint64_t)l->client);
+    }
 }
 
 /* Who is not acknowledged sends it again (LCM), and may do so while it waits. */
 static bool is_copy(service *s, const wire_message *m)
 {
     bool keeps = m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_SUBSCRIPTION;
-    bool copy = keeps && pair_map_get(&s->shares->waits, key_of_message(m)) != PAIR_MAP_NONE;
+    bool copy = keeps && pair_map_get(&s->shares->waits, key_of_message(s->shares, m)) != PAIR_MAP_NONE;
     if (copy) metric_count(s->count.duplicates, 1);
     return copy;
 }
@@ -608,7 +634,7 @@ static void drop_first(shares *h, purse *p)
 {
     held *l = &p->queue.at[p->first++];
     free(l->data);
-    forget_key(h, l->key);
+    forget_held(h, l);
     p->bytes -= l->size;
     h->bytes -= l->size;
     h->waiting--;
@@ -644,10 +670,11 @@ static double pass_first(service *s, purse *p)
     held l = p->queue.at[p->first];
     wire_message m;
     wire_refusal why;
-    if (l.kind != WIRE_POSE_BATCH && !can_pay(s, p)) return -1;
+    bool gone = l.life != count_in(&h->lives, l.client);
+    if (!gone && l.kind != WIRE_POSE_BATCH && !can_pay(s, p)) return -1;
     double before = h->left_us;
-    if (!l.client || !open_held(s, &l, &m)) {
-        /* its client is gone */
+    if (gone || !open_held(s, &l, &m)) {
+        h->left_us -= LEFT_OUT_US;
     } else if (admit(s, p, l.link, &m, &why)) {
         service_take(s, l.link, &m);
     } else {
@@ -725,16 +752,8 @@ void shares_forget(service *s, int64_t client)
 {
     shares *h = s->shares;
     h->dirty = true;
-    for (size_t i = 0; h->waiting && i < h->purses.count; i++) {
-        const purse *p = h->purses.at[i];
-        for (size_t k = p->first; k < p->queue.count; k++) {
-            held *l = &p->queue.at[k];
-            if (l->client != client) continue;
-            forget_key(h, l->key);
-            l->client = 0;
-            l->key = 0;
-        }
-    }
+    bool waits = count_in(&h->waits_of, client) > 0; /* each of these is left out when its turn comes */
+    if (waits) pair_map_put(&h->lives, (uint64_t)client, count_in(&h->lives, client) + 1);
 }
 
 /* ---- what comes ---- */

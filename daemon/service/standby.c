@@ -46,8 +46,7 @@ static void begin_anew(service *s)
     kept_clear(&p->kept);
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
-    array_free(&p->state);
-    p->touched = p->state_sent = 0;
+    follower_end_state(s);
     standby_forget_state(p);
     p->active = p->asked_ns = p->waiting_ns = p->follower = p->lost_ns = p->dropped = p->doubted = p->missed = 0;
     p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->heir = false;
@@ -327,7 +326,7 @@ int64_t standby_next_ns(const service *s)
     const struct standby *p = s->standby;
     if (!p) return INT64_MAX;
     if (standby_wants_tick(s)) return p->round_ns;
-    return p->round_ns + (p->state.count ? PORTION_NS : p->lease_ns / 4);
+    return p->round_ns + (p->state.size ? PORTION_NS : p->lease_ns / 4);
 }
 
 /* ---- what comes by the links ---- */
@@ -401,7 +400,7 @@ void standby_free(service *s)
     kept_free(&p->kept);
     array_free(&p->peers);
     array_free(&p->journal);
-    array_free(&p->state);
+    follower_end_state(s);
     standby_forget_state(p);
     wire_memory_destroy(p->memory);
     free(p);

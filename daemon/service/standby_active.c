@@ -114,11 +114,11 @@ void follower_drop_slow(service *s)
 }
 
 /* What is on its way is of the line that ends. */
-static void begin_state_anew(struct standby *p)
+static void begin_state_anew(service *s)
 {
-    p->state_wanted |= p->state.count > 0;
-    array_free(&p->state);
-    p->touched = p->state_sent = 0;
+    struct standby *p = s->standby;
+    p->state_wanted |= p->state.size > 0;
+    follower_end_state(s);
 }
 
 /* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
@@ -129,7 +129,7 @@ static void begin_line(service *s, const peer_announcement *other)
     int64_t before = s->epoch;
     s->epoch = announcement_new_line(s);
     s->standby->heir = false;
-    begin_state_anew(s->standby);
+    begin_state_anew(s);
     announcement_say(s, PEER_ACTIVE);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) world_want_snapshot(s->world, i);
@@ -234,7 +234,14 @@ void standby_journal_tick(service *s)
 bool standby_wants_tick(const service *s)
 {
     const struct standby *p = s->standby;
-    return p && p->state_wanted && !p->state.count && p->announcement.role == PEER_ACTIVE;
+    return p && p->state_wanted && !p->state.size && p->announcement.role == PEER_ACTIVE;
+}
+
+void follower_end_state(service *s)
+{
+    struct standby *p = s->standby;
+    state_parts_free(&p->state, s->builds);
+    p->touched = 0;
 }
 
 /* Pages that are written for the first time take longer than what is written there: of a large state, ten times as
@@ -242,11 +249,12 @@ bool standby_wants_tick(const service *s)
 static bool make_room(const service *s, struct standby *p)
 {
     enum { A_TICK = 16 << 20, PAGE = 4096 };
+    bytes_out *own = &p->state.own;
     size_t size = state_size(s), need = size + size / 16;
-    if (p->state.capacity < need) p->touched = 0;
-    array_reserve(&p->state, need);
+    if (own->capacity < need) p->touched = 0;
+    array_reserve(own, need);
     size_t until = p->touched + A_TICK < need ? p->touched + A_TICK : need;
-    for (size_t at = p->touched; at < until; at += PAGE) p->state.at[at] = 0;
+    for (size_t at = p->touched; at < until; at += PAGE) own->at[at] = 0;
     p->touched = until;
     return until == need;
 }
@@ -256,14 +264,14 @@ void follower_state_more(service *s)
 {
     enum { A_ROUND = 2 << 20 };
     struct standby *p = s->standby;
-    if (!p->state.count) return;
-    size_t left = p->state.count - sizeof(journal_portion) - p->state_sent, size = left < A_ROUND ? left : A_ROUND;
-    const journal_portion head = {.whole = p->state.count - sizeof head, .offset = p->state_sent};
-    uint8_t *at = p->state.at + p->state_sent; /* its head goes where what was sent before was */
-    memcpy(at, &head, sizeof head);
-    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_STATE, at, sizeof head + size);
-    p->state_sent += size;
-    if (size == left) array_free(&p->state);
+    if (!p->state.size) return;
+    const journal_portion head = {.whole = p->state.size, .offset = p->state.read};
+    uint8_t *portion = base_alloc(sizeof head + A_ROUND, 1);
+    memcpy(portion, &head, sizeof head);
+    size_t size = state_parts_read(&p->state, portion + sizeof head, A_ROUND);
+    p->link->ops->peers->send(p->link, p->announcement.sender, JOURNAL_STATE, portion, sizeof head + size);
+    free(portion);
+    if (p->state.read == p->state.size) follower_end_state(s);
 }
 
 /* The journal is empty here: what comes from now on is of the next tick. */
@@ -271,11 +279,8 @@ void standby_after_tick(service *s)
 {
     struct standby *p = s->standby;
     if (!standby_wants_tick(s) || !make_room(s, p)) return;
-    const journal_portion head = {.offset = 0};
     p->state_wanted = false;
-    p->touched = p->state_sent = 0;
-    bytes_put(&p->state, &head, sizeof head);
     state_put(s, &p->state);
-    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->state.count);
+    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->state.size);
     follower_state_more(s);
 }

@@ -4,6 +4,7 @@
 
 #include "journal.h"
 #include "service.h"
+#include "state_parts.h"
 
 /* ---- standby_mute.c: links that hear and do not speak ---- */
 
@@ -102,9 +103,8 @@ struct standby {
     bool heir;     /* the active one: it goes on from what another one told, and nobody has said otherwise */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
-    bytes_out state;   /* that goes to a standby, in portions */
+    state_parts state; /* that goes to a standby, in portions */
     size_t touched;    /* bytes of that, while it is about to be put there */
-    size_t state_sent; /* ... and while it goes */
     bytes_out coming;  /* the standby: the portions that have come */
     bytes_out later;   /* ... and the ticks that have come meanwhile, each behind its size */
     wire_memory *memory;
@@ -176,6 +176,7 @@ void standby_say_have(service *s, int64_t tick);
 void standby_replay_tick(service *s, bytes_in *r); /* JOURNAL_TICK */
 void standby_keep_tick(service *s, bytes_in *r);   /* the same, before the state has come */
 void standby_take_state(service *s, bytes_in *r);  /* JOURNAL_STATE */
+void follower_end_state(service *s);               /* whatever of it has not gone */
 void standby_forget_state(struct standby *p);      /* what of it has come */
 
 uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */

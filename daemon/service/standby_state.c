@@ -202,8 +202,9 @@ static const char *get_stream(service *s, bytes_in *from)
 
 /* ---- geometries ---- */
 
-static void put_geometry(const geometry *g, bytes_out *to)
+static void put_geometry(const geometry *g, state_parts *all)
 {
+    bytes_out *to = &all->own;
     geometry bare = *g;
     bare.numbers = NULL;
     bare.build = NULL;
@@ -216,8 +217,7 @@ static void put_geometry(const geometry *g, bytes_out *to)
     bytes_put(to, &bare, sizeof bare);
     bytes_put(to, &comes, 1);
     if (comes) bytes_put(to, g->has, (size_t)g->pieces);
-    bytes_put(to, g->vertices, g->vertex_numbers * sizeof *g->vertices);
-    bytes_put(to, g->indices, g->index_numbers * sizeof *g->indices);
+    state_parts_borrow(all, g->numbers, g->has, (size_t)g->pieces);
 }
 
 static const char *get_geometry(service *s, bytes_in *from)
@@ -318,8 +318,9 @@ static bool lend(const void *context, int64_t id, shape *to)
 
 /* ---- the whole ---- */
 
-void state_put(service *s, bytes_out *to)
+void state_put(service *s, state_parts *all)
 {
+    bytes_out *to = &all->own;
     state_head h = {.layout = layout_here(),
         .epoch = s->epoch,
         .tick = s->tick,
@@ -348,7 +349,7 @@ void state_put(service *s, bytes_out *to)
     for (size_t i = 0; i < s->geometries.count; i++) used += s->geometries.at[i].id != 0;
     bytes_put_count(to, used);
     for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].id) put_geometry(&s->geometries.at[i], to);
+        if (s->geometries.at[i].id) put_geometry(&s->geometries.at[i], all);
     bytes_put_count(to, s->sessions.count);
     for (size_t i = 0; i < s->sessions.count; i++) put_session(s, s->sessions.at[i], to);
     bytes_put_count(to, s->streams.count);
@@ -359,15 +360,14 @@ void state_put(service *s, bytes_out *to)
     begin_naming(&names, s);
     world_save(s->world, &(world_lender){.context = &names, .name_of = name_of}, to);
     pair_map_free(&names.place_of);
+    state_parts_end(all);
 }
 
 size_t state_size(const service *s)
 {
     size_t size = sizeof(state_head) + world_saved_size(s->world) + s->inbox.bytes.count +
                   s->streams.count * (sizeof(stream) + WIRE_NAME_MAX);
-    for (size_t i = 0; i < s->geometries.count; i++)
-        size += sizeof(geometry) + s->geometries.at[i].vertex_numbers * sizeof(double) +
-                s->geometries.at[i].index_numbers * sizeof(int32_t);
+    size += s->geometries.count * sizeof(geometry);
     for (size_t i = 0; i < s->sessions.count; i++)
         size += sizeof(session) + s->sessions.at[i]->held.bytes.count +
                 s->sessions.at[i]->bodies.count * (sizeof(owned_body) + 2 * sizeof(int64_t)) +

@@ -126,6 +126,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->category = def->category;
     b->mask = def->mask;
     b->one_way = def->one_way;
+    b->in_step = def->in_step;
     b->owner = def->owner;
     b->ccd = def->ccd;
     b->acceleration = def->acceleration;
@@ -311,6 +312,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .category = b->category,
         .mask = b->mask,
         .one_way = b->one_way,
+        .in_step = b->in_step,
         .ccd = b->ccd,
         .owner = b->owner,
         .acceleration = b->acceleration,

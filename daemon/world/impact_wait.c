@@ -2,8 +2,10 @@
  * and are decided again in the next ticks, as far as a share of the slice goes; until then what was reported of them
  * stands, and they count as pending. A pair remembers how far its searches have come: those for its swept motions are
  * in the order of ticks and subscriptions, and go on where they ended; so do those for what is predicted, in rounds
- * over its subscriptions: where its bodies have changed since a round began, it is followed by another one. Tick
- * thread. */
+ * over its subscriptions: where its bodies have changed since a round began, it is followed by another one.
+ *
+ * Whose steps wait for it: of a body's owner only if he asks for the search, or somebody who steps together with him. A
+ * stranger's wishes, who may ask what his bodies will meet within a day, keep nobody waiting. Tick thread. */
 #include "state.h"
 
 enum { PART = 2 /* of a slice */ };
@@ -42,20 +44,38 @@ size_t impact_waiting_of(const world *w, uint64_t owner)
 static void count_body(world *w, uint32_t collider, const pair *p, bool anew)
 {
     body *b = &w->bodies.at[w->colliders.at[collider].body];
+    bool asked = collider == p->a ? p->asked_by_a : p->asked_by_b;
     b->swept_left += p->swept_wait;
-    if (b->searches_left++) return;
+    w->searching_bodies += !b->searches_left++;
+    if (!asked || b->asked_left++) return;
     if (anew) b->searcher = b->owner;
     searcher_of(w, b->searcher)->count++;
-    w->searching_bodies++;
 }
 
 static void uncount_body(world *w, uint32_t collider, const pair *p)
 {
     body *b = &w->bodies.at[w->colliders.at[collider].body];
+    bool asked = collider == p->a ? p->asked_by_a : p->asked_by_b;
     b->swept_left -= p->swept_wait;
-    if (--b->searches_left) return;
+    w->searching_bodies -= !--b->searches_left;
+    if (!asked || --b->asked_left) return;
     searcher_of(w, b->searcher)->count--;
-    w->searching_bodies--;
+}
+
+static bool asks_for(const subscription *i, const body *b)
+{
+    return i->owner == b->owner || (i->in_step && b->in_step);
+}
+
+/* Of the sweeps from `first` to `to`, and what it waited for before. */
+static void note_who_asks(world *w, pair *p, size_t first, size_t to)
+{
+    const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
+    for (size_t k = first; k < to; k++) {
+        const subscription *i = &w->subscriptions.at[w->sweeps.at[k].subscription];
+        p->asked_by_a |= asks_for(i, x);
+        p->asked_by_b |= asks_for(i, y);
+    }
 }
 
 /* ---- the lists ---- */
@@ -94,15 +114,19 @@ void impact_forget(world *w, uint32_t id)
     take_out(w, id);
     uncount_body(w, p->a, p);
     uncount_body(w, p->b, p);
-    p->search_waits = p->swept_wait = false;
+    p->search_waits = p->swept_wait = p->asked_by_a = p->asked_by_b = false;
     w->searching--;
 }
 
-/* Behind the others that wait. */
-static void wait(world *w, uint32_t id, bool swept_motions)
+/* Behind the others that wait: for the sweeps from `first` to `to`; none: for those that it waited for. */
+static void wait(world *w, uint32_t id, bool swept_motions, size_t first, size_t to)
 {
     pair *p = &w->pairs.at[id];
+    bool by_a = first == to && p->asked_by_a, by_b = first == to && p->asked_by_b;
     impact_forget(w, id);
+    p->asked_by_a = by_a;
+    p->asked_by_b = by_b;
+    note_who_asks(w, p, first, to);
     p->search_waits = true;
     p->swept_wait = swept_motions;
     pair_more_make(w, p)->wait_list = (uint8_t)impact_list_of(w, p);
@@ -146,7 +170,10 @@ const char *impact_wait_validate(const world *w)
 
 const char *impact_wait_restored(world *w)
 {
-    for (size_t i = 0; i < w->bodies.count; i++) w->bodies.at[i].searches_left = w->bodies.at[i].swept_left = 0;
+    for (size_t i = 0; i < w->bodies.count; i++) {
+        body *b = &w->bodies.at[i];
+        b->searches_left = b->swept_left = b->asked_left = 0;
+    }
     for (size_t i = 0; i < w->pairs.count; i++) {
         const pair *p = &w->pairs.at[i];
         if (!p->used || !p->search_waits) continue;
@@ -192,7 +219,7 @@ static void finish(world *w, uint32_t id)
     bool again = more->predicted_from && (x > more->predicted_round || y > more->predicted_round);
     if (p->has_more) pair_more_make(w, p)->predicted_from = 0;
     if (again)
-        wait(w, id, false);
+        wait(w, id, false, 0, 0);
     else
         impact_forget(w, id);
 }
@@ -210,7 +237,7 @@ static void put_off(world *w, uint32_t id, size_t from, size_t first, size_t to)
         if (!more->predicted_from) more->predicted_round = w->figures.ticks;
         more->predicted_from = s->subscription;
     }
-    wait(w, id, !s->predicts);
+    wait(w, id, !s->predicts, first, to);
 }
 
 /* Until when a pair has been searched matters where some are behind. */

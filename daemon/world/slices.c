@@ -459,8 +459,17 @@ static void take_turn(world *w, uint32_t at, uint64_t *spent)
     }
 }
 
+/* Whatever searches that wait are expected to take: one alone may take more than a slice, and goes on in the next tick,
+ * too. */
+static uint64_t least_of_turns(const world *w)
+{
+    return w->slice / 4;
+}
+
 static void take_turns(world *w, uint64_t *spent)
 {
+    uint64_t most = w->slice - least_of_turns(w), beyond = *spent > most ? *spent - most : 0;
+    *spent -= beyond;
     uint64_t share = w->slice / SHARES > LEAST_SHARE ? w->slice / SHARES : LEAST_SHARE;
     if (share > INT64_MAX / 4) share = INT64_MAX / 4;
     while (w->due && *spent < w->slice) {
@@ -473,6 +482,7 @@ static void take_turns(world *w, uint64_t *spent)
         if (!w->purses.at[w->turn].count) w->purses.at[w->turn].credit = 0;
         w->turn++;
     }
+    *spent += beyond;
 }
 
 /* There is room again for those that found none. */

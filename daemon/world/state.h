@@ -116,7 +116,7 @@ typedef struct body {
     size_t rule_count;
     double rule_reach; /* m: its rules add at most so much to the thresholds or ranges of its pairs */
     uint32_t rule_set; /* of world.rules: the patterns of these */
-    bool one_way;
+    bool one_way, in_step;
     uint8_t ghost_cause;
     bool matched; /* `match` is that of its name and group; ... */
     bool queued;  /* ... or it waits among match.unmatched */
@@ -137,7 +137,8 @@ typedef struct body {
     const past_motion *as_of;       /* of a copy that past_body made; NULL: as it is now */
     uint32_t searches_left;         /* pairs of it whose searches wait; ... */
     uint32_t swept_left;            /* ... that have swept motions among them */
-    uint64_t searcher;              /* its owner, when the first of them began to */
+    uint32_t asked_left;            /* pairs of it whose searches wait that its own owner asks for */
+    uint64_t searcher;              /* its owner, when the first of those began to */
     uint64_t past_reported;         /* the tick up to which it was told that some may have been dropped */
     uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
     uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that collider */
@@ -257,7 +258,8 @@ typedef struct pair {
     uint8_t waited;         /* ticks in a row in which the budget left it */
     bool search_waits : 1;  /* some of its searches were put off, ... */
     bool swept_wait : 1;    /* ... of swept motions, too */
-    uint32_t payer;         /* of world.payers: whom it is charged to, unless it lingers */
+    bool asked_by_a : 1, asked_by_b : 1; /* who owns that body, or steps with him, asks for some of these */
+    uint32_t payer;                      /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
 _Static_assert(offsetof(pair, cache) + offsetof(narrow_cache, hint_a) == 128 && sizeof(pair) == 192,
     "two lines for what each tick looks at, and one more");
@@ -277,6 +279,8 @@ typedef struct subscription {
     uint64_t work;           /* units of the cascade, since it was put */
     size_t undone, reported; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
+    uint64_t owner;
+    bool in_step;
     uint32_t selection;    /* of match.selections; WORLD_NONE: none */
     uint64_t changed_tick; /* the tick that its terms last changed for */
     uint8_t settling;      /* the pass that looks at all bodies for it is the next one, or under way */

@@ -141,6 +141,8 @@ world_status world_put_subscription(world *w, uint32_t *id, const world_subscrip
         return WORLD_UNKNOWN_ID;
     subscription *i = &w->subscriptions.at[*id];
     world_want_snapshot(w, *id);
+    i->owner = def->owner;
+    i->in_step = def->in_step;
     if (!is_new && same_subscription(i, def)) return WORLD_OK;
     count_one(&w->asking, i, (size_t)-1);
     match_detach(w, *id);
@@ -179,7 +181,9 @@ world_status world_get_subscription(const world *w, uint32_t id, world_subscript
         .relative_tolerance = i->relative_tolerance,
         .accuracy = i->accuracy,
         .horizon = i->horizon,
-        .period_ns = i->period_ns};
+        .period_ns = i->period_ns,
+        .owner = i->owner,
+        .in_step = i->in_step};
     return WORLD_OK;
 }
 

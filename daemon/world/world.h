@@ -69,6 +69,7 @@ typedef struct world_body { /* copied, but for hulls */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
     uint64_t owner; /* whose work its pairs are, see world_set_slice */
+    bool in_step;   /* he steps together with others */
     bool one_way;   /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     world_ccd ccd;
     double acceleration; /* m/s^2, >= 0: what is predicted of it holds for all motions that accelerate by at most
@@ -169,6 +170,9 @@ typedef struct world_subscription {
     double horizon;    /* s, with WORLD_PREDICT: from the newest pose of a pair on, to
                           which an older one is carried on; until so long after the older one */
     int64_t period_ns; /* updates at most so often; 0 = each tick */
+    uint64_t owner; /* whom it tells. His bodies, and nobody else's, are pending (world_pending_of) while a search for
+                       impacts waits that it asks for; ... */
+    bool in_step;   /* ... he steps together with others: so are theirs */
 } world_subscription;
 
 /* Its next batch is a snapshot. */

@@ -180,17 +180,22 @@ int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text
     return write_record(w, timestamp_us, SETTINGS_CHANNEL, (const uint8_t *)text, strlen(text));
 }
 
+int wire_log_state_piece(wire_log_writer *w, int64_t timestamp_us, size_t offset, size_t total, uint64_t hash,
+    const uint8_t *bytes, size_t size)
+{
+    if (!reserve(&w->buffer, &w->capacity, STATE_HEAD_BYTES + size)) return note_error(w, ENOMEM);
+    store_be(w->buffer, offset, 8);
+    store_be(w->buffer + 8, total, 8);
+    store_be(w->buffer + 16, hash, 8);
+    memcpy(w->buffer + STATE_HEAD_BYTES, bytes, size);
+    return write_record(w, timestamp_us, STATE_CHANNEL, w->buffer, STATE_HEAD_BYTES + size);
+}
+
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash)
 {
-    enum { MOST = STATE_HEAD_BYTES + WIRE_LOG_PIECE_BYTES };
-    if (!reserve(&w->buffer, &w->capacity, MOST)) return note_error(w, ENOMEM);
     for (size_t at = 0, piece; at < size; at += piece) {
         piece = size - at < WIRE_LOG_PIECE_BYTES ? size - at : WIRE_LOG_PIECE_BYTES;
-        store_be(w->buffer, at, 8);
-        store_be(w->buffer + 8, size, 8);
-        store_be(w->buffer + 16, hash, 8);
-        memcpy(w->buffer + STATE_HEAD_BYTES, bytes + at, piece);
-        if (write_record(w, timestamp_us, STATE_CHANNEL, w->buffer, STATE_HEAD_BYTES + piece) != 0) return -1;
+        if (wire_log_state_piece(w, timestamp_us, at, size, hash, bytes + at, piece) != 0) return -1;
     }
     return 0;
 }

@@ -77,7 +77,10 @@ int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client);
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
 int wire_log_build(wire_log_writer *w, int64_t timestamp_us, int64_t client, int64_t hash, bool ready);
 int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text); /* lines of key = value */
-/* In pieces. */
+/* In pieces; or piece by piece, each of WIRE_LOG_PIECE_BYTES but the last one, of a state of `total` bytes and that
+ * hash. */
+int wire_log_state_piece(wire_log_writer *w, int64_t timestamp_us, size_t offset, size_t total, uint64_t hash,
+    const uint8_t *bytes, size_t size);
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash);
 /* Another writer puts a state of that size here: the number of its first record. */
 int64_t wire_log_leave_state(wire_log_writer *w, size_t size);

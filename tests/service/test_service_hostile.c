@@ -272,6 +272,60 @@ static void queries_are_put_back_before_many_that_wait(void **state)
     room_close(&r);
 }
 
+/* ---- recordings ---- */
+
+static void begin_mesh(room *r, int64_t hash)
+{
+    static double piece[WIRE_PIECE_MAX];
+    enum { VERTICES = 3 << 21, INDICES = 3 * 3000000, ALL = VERTICES + INDICES };
+    const wire_message m = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r->sequence,
+            .kind = WIRE_GEOMETRY_MESH,
+            .hash = hash,
+            .vertex_numbers = VERTICES,
+            .index_numbers = INDICES,
+            .pieces = (ALL + WIRE_PIECE_MAX - 1) / WIRE_PIECE_MAX,
+            .vertices = {WIRE_PIECE_MAX, piece}}};
+    memory_send(r->end, &m);
+}
+
+/* The first pieces of meshes as large as they may be: what a recording that begins then holds of them is not copied in
+ * a tick. It ends, since it is larger than it may be, before anything of it is written. */
+static void a_recording_begins_while_large_meshes_come(void **state)
+{
+    (void)state;
+    enum { MESHES = 8 };
+    char folder[] = "/tmp/collided-hostile-XXXXXX", path[64];
+    config c = cell_config();
+    assert_non_null(mkdtemp(folder));
+    snprintf(c.record_dir, sizeof c.record_dir, "%s", folder);
+    snprintf(path, sizeof path, "%s/large.lcmlog", folder);
+    c.record_max_size = 64;
+    c.record_keep_free = 0;
+    room r = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    r.end = cell_client(r.cell);
+    cell_hello(r.end, ALICE, ++r.sequence, 600, WIRE_LOST_REMOVE);
+    for (int i = 1; i <= MESHES; i++) begin_mesh(&r, i);
+    settle(&r);
+    assert_int_equal(counter(&r, "geometries"), MESHES);
+    double began_s = cell_processor_s(r.cell);
+    const wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r.sequence,
+            .kind = WIRE_QUERY_RECORD,
+            .name_a = "large",
+            .name_b = ""}};
+    memory_send(r.end, &q);
+    until(&r, "record_failures", 1);
+    assert_cheap(&r, began_s, 0.15);
+    room_close(&r);
+    unlink(path);
+    rmdir(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -280,6 +334,7 @@ int main(void)
         cmocka_unit_test(many_bodies_of_one_geometry_come_in_slices),
         cmocka_unit_test(queries_are_put_back_before_many_that_wait),
         cmocka_unit_test(old_words_of_a_client_with_many_bodies),
+        cmocka_unit_test(a_recording_begins_while_large_meshes_come),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

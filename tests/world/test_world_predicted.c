@@ -389,6 +389,114 @@ static void many_dear_searches_keep_to_the_slice(void **state)
     compound_destroy(c);
 }
 
+/* ---- whom others' searches keep waiting ---- */
+
+enum { STRANGERS = 16, STRANGER = 1, NEIGHBOUR = 2 };
+
+typedef struct flight {
+    world *w;
+    compound *c;
+    uint32_t strangers[STRANGERS], stands, goes;
+    int64_t now_ns;
+} flight;
+
+static uint32_t put_owned(world *w, const char *name, uint64_t owner, world_shape one, vec3 at)
+{
+    world_body def = {.name = name,
+        .group = "",
+        .owner = owner,
+        .category = 1,
+        .mask = UINT64_MAX,
+        .ccd = owner == STRANGER ? WORLD_CCD_FULL : WORLD_CCD_OFF,
+        .stamp_ns = SECOND,
+        .pose = {at, {1, 0, 0, 0}},
+        .shapes = &one,
+        .shape_count = 1};
+    uint32_t id = WORLD_NONE;
+    assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
+    return id;
+}
+
+/* Bodies of parts, in one place; far away two cubes of somebody else, who asks for their distance. The stranger asks
+ * what everything will meet within a day. */
+static flight take_off(void)
+{
+    flight f = {.w = scene_world(1, true), .now_ns = SECOND};
+    world_batches batches;
+    shape parts[10];
+    pose local[10];
+    world_shape cube = {.shape = {.type = SHAPE_BOX, .half = {0.5, 0.5, 0.5}}, .local = POSE_IDENTITY};
+    for (int k = 0; k < 10; k++) {
+        parts[k] = (shape){.type = SHAPE_CYLINDER, .half = {0.05, 0.05, 0.3}};
+        local[k] = (pose){vec(0.1 * k, 0.05 * (k % 3), 0), {1, 0, 0, 0}};
+    }
+    assert_int_equal(compound_build(parts, local, 10, &f.c), COMPOUND_OK);
+    world_subscription meet = {.facts = WORLD_PREDICT | WORLD_IMPACT,
+        .select_a = "*",
+        .select_b = "*",
+        .tolerance = 1e-3,
+        .horizon = 86400,
+        .owner = STRANGER};
+    world_subscription near = {.facts = WORLD_DISTANCE,
+        .select_a = "n*",
+        .select_b = "n*",
+        .range = 10,
+        .tolerance = 1e-6,
+        .owner = NEIGHBOUR};
+    scene_subscription(f.w, &meet);
+    scene_subscription(f.w, &near);
+    for (int i = 0; i < STRANGERS; i++) {
+        char name[8];
+        snprintf(name, sizeof name, "s%d", i);
+        world_shape whole = {.shape = {.type = SHAPE_COMPOUND, .compound = f.c}, .local = POSE_IDENTITY};
+        f.strangers[i] = put_owned(f.w, name, STRANGER, whole, vec(2.0 * i, 0, 0));
+    }
+    f.stands = put_owned(f.w, "n0", NEIGHBOUR, cube, vec(1e5, 0, 0));
+    f.goes = put_owned(f.w, "n1", NEIGHBOUR, cube, vec(1e5 + 2, 0, 0));
+    world_tick(f.w, f.now_ns, &batches);
+    while (world_changed(f.w)) world_tick(f.w, f.now_ns, &batches);
+    return f;
+}
+
+/* 20 ms later all strangers are elsewhere. */
+static void fly(flight *f)
+{
+    world_batches batches;
+    f->now_ns += SECOND / 50;
+    for (int i = 0; i < STRANGERS; i++) {
+        vec3 linear = vec(i % 2 ? 1e3 : -1e3, 0, 0), angular = vec(3e4, 1e4, 0);
+        pose at = {vec(2.0 * i, 0.3 * (double)(f->now_ns / (SECOND / 50) % 20), 0), {1, 0, 0, 0}};
+        world_move_body(f->w, f->strangers[i], at, f->now_ns, &linear, &angular);
+    }
+    world_set_slice(f->w, 2000000);
+    world_tick(f->w, f->now_ns, &batches);
+}
+
+/* Whoever steps is answered when nothing of his is pending: in a few ticks, whatever strangers fly and ask for. */
+static void what_strangers_ask_keeps_nobody_waiting(void **state)
+{
+    (void)state;
+    enum { TICKS_MOST = 8, STEPS = 20 };
+    flight f = take_off();
+    size_t searching = 0;
+    int longest = 0;
+    for (int i = 0; i < 60; i++) fly(&f); /* until what their searches take is known */
+    for (int step = 0; step < STEPS && longest <= TICKS_MOST; step++) {
+        int ticks = 0;
+        world_move_body(f.w, f.goes, (pose){vec(1e5 + 2 + 0.1 * (step % 5), 0, 0), {1, 0, 0, 0}}, f.now_ns, NULL, NULL);
+        do {
+            fly(&f);
+            searching += world_pending_of(f.w, STRANGER) > 0;
+        } while (world_pending_of(f.w, NEIGHBOUR) && ++ticks <= TICKS_MOST);
+        longest = ticks > longest ? ticks : longest;
+    }
+    print_message("%d ticks at the most, in %zu something of the stranger was pending\n", longest, searching);
+    assert_true(searching > STEPS / 2);
+    assert_in_range(longest, 0, TICKS_MOST);
+    world_destroy(f.w);
+    compound_destroy(f.c);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -396,6 +504,7 @@ int main(void)
         cmocka_unit_test(what_stands_in_the_end_is_the_same),
         cmocka_unit_test(workers_and_a_saved_world_predict_the_same),
         cmocka_unit_test(many_dear_searches_keep_to_the_slice),
+        cmocka_unit_test(what_strangers_ask_keeps_nobody_waiting),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
