@@ -4,6 +4,7 @@
 #include "announce.h"
 #include "message.h"
 #include "session.h"
+#include "wire/wire_soft.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@
 enum { FIRST_RESYNC_S = 2 };
 
 static wire_message subscription_message(
-    const collided *c, int32_t id, const char *stream, const collided_subscription_def *def)
+    const collided *c, int32_t id, const char *stream, const collided_subscription_def *def, wire_u8s extensions)
 {
     return (wire_message){.kind = WIRE_SUBSCRIPTION,
         .subscription = {.version = WIRE_VERSION,
@@ -30,11 +31,12 @@ static wire_message subscription_message(
             .accuracy = (uint8_t)def->accuracy,
             .hysteresis_m = def->hysteresis_m,
             .horizon_s = def->horizon_s,
-            .rate_hz = def->rate_hz}};
+            .rate_hz = def->rate_hz,
+            .extensions = extensions}};
 }
 
 static subscription_record *add_subscription_record(
-    collided *c, const char *stream, const collided_subscription_def *def)
+    collided *c, const char *stream, const collided_subscription_def *def, const collided_soft_def *soft)
 {
     subscription_record *i = allocate(1, sizeof *i);
     int64_t now = session_monotonic_ns();
@@ -42,6 +44,8 @@ static subscription_record *add_subscription_record(
         .stream = duplicate(stream),
         .callback = def->callback,
         .context = def->context,
+        .soft_callback = soft ? soft->callback : NULL,
+        .soft_context = soft ? soft->context : NULL,
         .waiting = true,
         .lacks_ns = now,
         .each_tick = def->rate_hz == 0,
@@ -56,6 +60,16 @@ static subscription_record *add_subscription_record(
 
 collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
 {
+    return collided_subscribe_soft(c, def, NULL);
+}
+
+collided_subscription collided_subscribe_soft(
+    collided *c, const collided_subscription_def *def, const collided_soft_def *soft)
+{
+    uint8_t room[WIRE_SOFT_INTEREST_BYTES];
+    const wire_soft_interest interest = {.grain = soft && soft->each_feature ? WIRE_SOFT_EACH : WIRE_SOFT_SUMMARY,
+        .most = soft ? soft->most : 0};
+    wire_u8s extensions = {soft ? wire_soft_put_interest(&interest, room) : 0, room};
     const collided_subscription none = {COLLIDED_NONE};
     if (c->on_arrival && c->in_callback) {
         (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "on_arrival: subscribe from outside of callbacks");
@@ -65,7 +79,7 @@ collided_subscription collided_subscribe(collided *c, const collided_subscriptio
     (void)snprintf(own, sizeof own, "%016llx.%d", (unsigned long long)c->id, c->next_subscription);
     const char *stream = def->stream ? def->stream : own;
     pthread_mutex_lock(&c->lock);
-    wire_message m = subscription_message(c, c->next_subscription, stream, def);
+    wire_message m = subscription_message(c, c->next_subscription, stream, def, extensions);
     wire_refusal why;
     bool fits = wire_check(&m, &why) == WIRE_OK && def->callback;
     pthread_mutex_unlock(&c->lock);
@@ -78,7 +92,7 @@ collided_subscription collided_subscribe(collided *c, const collided_subscriptio
         (void)session_fail(c, COLLIDED_TRANSPORT, "cannot read the stream '%s'", stream);
         return none;
     }
-    subscription_record *i = add_subscription_record(c, stream, def);
+    subscription_record *i = add_subscription_record(c, stream, def, soft);
     pthread_mutex_lock(&c->lock);
     announce(c, &i->announced, message_copy(&m));
     pthread_mutex_unlock(&c->lock);

@@ -114,7 +114,7 @@ void events_fill(
     *e = (world_event){.name_a = x->name,
         .name_b = y->name,
         .shape_a = a->index,
-        .shape_b = b->index,
+        .shape_b = b->shadow ? a->index : b->index,
         .lo = r->lo,
         .hi = r->hi,
         .axis = quat_rotate(a->world.q, r->axis),
