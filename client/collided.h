@@ -363,9 +363,9 @@ typedef enum collided_fact {
     COLLIDED_TOUCH = 1,
     COLLIDED_DISTANCE = 2,
     COLLIDED_MANIFOLD = 4,
-    COLLIDED_IMPACT = 8,  /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
-    COLLIDED_PREDICT = 16, /* what will meet within horizon_s, from velocities: published ones, or else those between
-                              the last two stamped poses; whatever the bodies' collided_ccd */
+    COLLIDED_IMPACT = 8,    /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
+    COLLIDED_PREDICT = 16,  /* what will meet within horizon_s, from velocities: published ones, or else those between
+                               the last two stamped poses; whatever the bodies' collided_ccd */
     COLLIDED_FEATURES = 32, /* of soft bodies: which features meet on the way of each step ... */
     COLLIDED_SAFE_STEP = 64 /* ... and which share of the way is free for certain (collided_subscribe_soft) */
 } collided_fact;
@@ -530,8 +530,8 @@ typedef struct collided_vertices {
     double origin[3];
     size_t count;
     int32_t first;
-    int64_t frame;    /* yours, rising; results name it. 0: not counted (a body of more vertices than go into one message,
-                         2,500 over LCM and 20,000 over DDS, needs it) */
+    int64_t frame; /* yours, rising; results name it. 0: not counted (a body of more vertices than go into one message,
+                      2,500 over LCM and 20,000 over DDS, needs it) */
     int64_t stamp_ns; /* as with poses; 0 = now */
     int64_t step;     /* as with poses: of a simulator, or 0 */
 } collided_vertices;
@@ -557,9 +557,9 @@ typedef enum collided_feature_kind {
 
 /* How sure it is. */
 typedef enum collided_feature_proof {
-    COLLIDED_MEETS,        /* they meet by t_hi, for certain */
+    COLLIDED_MEETS,           /* they meet by t_hi, for certain */
     COLLIDED_WITHIN_ROUNDING, /* as near as rounding can tell */
-    COLLIDED_NOT_DECIDED   /* nearer than was found out; not called free */
+    COLLIDED_NOT_DECIDED      /* nearer than was found out; not called free */
 } collided_feature_proof;
 
 /* Two features that meet on the way of a step. */
@@ -576,10 +576,11 @@ typedef struct collided_feature {
 typedef struct collided_soft_pair {
     const char *name_a, *name_b;
     int32_t shape_a, shape_b;
-    int64_t contact;          /* id of the contact that its events tell of; 0: they are in none, or TOUCH is not asked */
+    int64_t contact; /* id of the contact that its events tell of; 0: they are in none, or TOUCH is not asked */
     int64_t frame_a, frame_b; /* that the way leads to; of a rigid body 0 */
     bool proposed;            /* nothing has moved */
-    bool unfinished; /* it took more work than a step may: what was not looked at is unknown, never free; safe_lo is 0 */
+    bool
+        unfinished; /* it took more work than a step may: what was not looked at is unknown, never free; safe_lo is 0 */
     uint64_t vertex_face, edge_edge, face_shape; /* features that meet on the way, all of them ... */
     uint64_t within, undecided;                  /* ... of these as near as rounding tells; not decided ... */
     uint64_t left_out;                           /* ... and, with each_feature, those that are not in `features` */

@@ -175,8 +175,8 @@ collided_geometry collided_create_soft(collided *c, const double *points, size_t
     const size_t most = WIRE_GEOMETRY_MAX / 3 - 1; /* of points and triangles together */
     if (!points || !triangles || count < 1 || triangle_count < 1 || count > most || triangle_count > most - count) {
         (void)session_fail(c, COLLIDED_BAD_ARGUMENT,
-            "a soft surface has at least a point and a triangle, and at most %zu of both together, not %zu and %zu", most,
-            count, triangle_count);
+            "a soft surface has at least a point and a triangle, and at most %zu of both together, not %zu and %zu",
+            most, count, triangle_count);
         return (collided_geometry){0};
     }
     double *numbers = allocate(WIRE_SOFT_HEAD + 3 * count, sizeof *numbers);

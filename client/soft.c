@@ -19,7 +19,13 @@ collided_shape collided_soft(collided_geometry surface, double thickness)
 
 /* ---- frames ---- */
 
-enum { SMALL_PART = 2500, SMALL_PART_SINGLE = 5000, LARGE_PART = 20000, LARGE_PART_SINGLE = 40000, DATAGRAM_POSES = 1000 };
+enum {
+    SMALL_PART = 2500,
+    SMALL_PART_SINGLE = 5000,
+    LARGE_PART = 20000,
+    LARGE_PART_SINGLE = 40000,
+    DATAGRAM_POSES = 1000
+};
 
 static uint32_t part_size(const collided *c, bool single)
 {
@@ -50,8 +56,8 @@ static int send_part(collided *c, const collided_vertices *v, collided_body body
 static collided_status publish(collided *c, collided_body body, const collided_vertices *v, int mode)
 {
     if (!v || (!v->positions == !v->singles) || v->count == 0 || v->count > WIRE_GEOMETRY_MAX / 3 || v->first < 0)
-        return session_fail(c, COLLIDED_BAD_ARGUMENT, "vertices: 1 to %d of them, in positions or in singles",
-            WIRE_GEOMETRY_MAX / 3);
+        return session_fail(
+            c, COLLIDED_BAD_ARGUMENT, "vertices: 1 to %d of them, in positions or in singles", WIRE_GEOMETRY_MAX / 3);
     uint32_t most = part_size(c, v->singles != NULL), count = (uint32_t)v->count;
     wire_soft_frame f = {.frame = v->frame,
         .parts = (int32_t)((count + most - 1) / most),

@@ -67,8 +67,8 @@ collided_subscription collided_subscribe_soft(
     collided *c, const collided_subscription_def *def, const collided_soft_def *soft)
 {
     uint8_t room[WIRE_SOFT_INTEREST_BYTES];
-    const wire_soft_interest interest = {.grain = soft && soft->each_feature ? WIRE_SOFT_EACH : WIRE_SOFT_SUMMARY,
-        .most = soft ? soft->most : 0};
+    const wire_soft_interest interest = {
+        .grain = soft && soft->each_feature ? WIRE_SOFT_EACH : WIRE_SOFT_SUMMARY, .most = soft ? soft->most : 0};
     wire_u8s extensions = {soft ? wire_soft_put_interest(&interest, room) : 0, room};
     const collided_subscription none = {COLLIDED_NONE};
     if (c->on_arrival && c->in_callback) {

@@ -97,8 +97,7 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
 {
     quat world, local;
     bool is_hull = shape->type == COLLIDED_HULL;
-    bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD ||
-                   shape->type == COLLIDED_SOFT;
+    bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD || shape->type == COLLIDED_SOFT;
     if (concave || !is_sized(shape) || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
     if (is_hull && (!points.at || !points.count)) return false;
     p->shape = shape;

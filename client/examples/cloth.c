@@ -1,9 +1,11 @@
 /* cloth: a simulator of cloth that never passes through itself, nor through the ball that it falls on. Each step is
- * first proposed: the daemon answers which share of the way is free for certain. That share is gone, and published; the
- * daemon's answer to that, about the very numbers, says whether it was free. One thread.
+ * first proposed: the daemon answers which features would meet, and which share of the way is free for certain. What
+ * would meet is stopped, and asked about again; if that does not help, all go a share of the way. What is free is gone,
+ * and published; the daemon's answer to that, about the very numbers, says whether it was free. One thread.
  *
  * The cloth is a grid of particles under gravity, with springs between neighbours (position based dynamics, Müller et
- * al. 2007), pinned at two corners until it swings down. Contacts push back: what the proposal says meets is stopped. */
+ * al. 2007), pinned at two corners until it swings down. Contacts push back: what the proposal says meets is stopped.
+ */
 #include "example.h"
 
 #include <math.h>
@@ -11,7 +13,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 45, COUNT = SIDE * SIDE, TRIANGLES = 2 * (SIDE - 1) * (SIDE - 1), RELAXED = 12, HALVINGS = 12 };
+enum {
+    SIDE = 45,
+    COUNT = SIDE * SIDE,
+    TRIANGLES = 2 * (SIDE - 1) * (SIDE - 1),
+    RELAXED = 12,
+    STOPS = 24,
+    HALVINGS = 12,
+    EDGES = 2 * SIDE * (SIDE - 1) + (SIDE - 1) * (SIDE - 1)
+};
 static const double SPACING = 0.02, STEP_S = 0.005, GRAVITY = 9.81, DAMPING = 0.02;
 static const double THICKNESS = 0.002, BALL_RADIUS = 0.25, BALL_HEIGHT = 0.3;
 
@@ -20,6 +30,8 @@ typedef struct cloth {
     collided_body body;
     double at[3 * COUNT], before[3 * COUNT], next[3 * COUNT]; /* m */
     int32_t triangles[3 * TRIANGLES];
+    int edges[EDGES][2]; /* as the daemon counts them: by the lesser end, then by the greater */
+    bool stopped[COUNT];
     int64_t frame;
     /* the answer that is waited for */
     int64_t awaited;
@@ -31,6 +43,32 @@ typedef struct cloth {
     bool pinned;
 } cloth;
 
+static void stop(cloth *x, bool is_edge, bool is_face, uint32_t n)
+{
+    if (is_edge)
+        for (int k = 0; k < 2; k++) x->stopped[x->edges[n][k]] = true;
+    else if (is_face)
+        for (int k = 0; k < 3; k++) x->stopped[x->triangles[3 * n + (uint32_t)k]] = true;
+    else
+        x->stopped[n] = true;
+}
+
+/* What meets is not to move; of the ball there is nothing to stop. */
+static void stop_features(cloth *x, const collided_soft_pair *p)
+{
+    bool cloth_is_b = strcmp(p->name_a, "cloth") != 0;
+    for (size_t i = 0; i < p->feature_count; i++) {
+        const collided_feature *f = &p->features[i];
+        bool edges = f->kind == COLLIDED_EDGE_EDGE;
+        if (f->kind == COLLIDED_FACE_SHAPE) {
+            stop(x, false, true, f->a);
+            continue;
+        }
+        if (!cloth_is_b) stop(x, edges, f->kind == COLLIDED_FACE_VERTEX, f->a);
+        stop(x, edges, f->kind == COLLIDED_VERTEX_FACE, f->b);
+    }
+}
+
 /* Of all pairs of the step the least. */
 static void on_steps(void *context, const collided_soft_steps *steps)
 {
@@ -41,6 +79,7 @@ static void on_steps(void *context, const collided_soft_steps *steps)
         if (frame != x->awaited || p->proposed != x->proposed) continue;
         if (p->safe_lo < x->safe) x->safe = p->safe_lo;
         x->contacts += p->vertex_face + p->edge_edge + p->face_shape;
+        stop_features(x, p);
         x->answered = true;
     }
 }
@@ -59,11 +98,19 @@ static void make_cloth(cloth *x)
             p[0] = (k - SIDE / 2) * SPACING, p[1] = (r - SIDE / 2) * SPACING;
             p[2] = BALL_HEIGHT + BALL_RADIUS + 0.1 + 1e-4 * ((v * 7919) % 13); /* not quite flat */
             if (r == SIDE - 1 || k == SIDE - 1) continue;
+            /* cells are cut from (k + 1, r) to (k, r + 1) */
             const int32_t two[6] = {v, v + 1, v + SIDE, v + 1, v + SIDE + 1, v + SIDE};
             memcpy(x->triangles + t, two, sizeof two);
             t += 6;
         }
     memcpy(x->before, x->at, sizeof x->at);
+    for (int v = 0, n = 0; v < COUNT; v++) {
+        int r = v / SIDE, k = v % SIDE;
+        const int other[3] = {k + 1 < SIDE ? v + 1 : -1, k > 0 && r + 1 < SIDE ? v + SIDE - 1 : -1,
+            r + 1 < SIDE ? v + SIDE : -1}; /* rising */
+        for (int i = 0; i < 3; i++)
+            if (other[i] >= 0) x->edges[n][0] = v, x->edges[n++][1] = other[i];
+    }
 }
 
 /* ---- the physics, which knows of no contact but what it is told ---- */
@@ -114,7 +161,8 @@ static void integrate(cloth *x)
 {
     for (int i = 0; i < 3 * COUNT; i++) {
         double velocity = (1 - DAMPING) * (x->at[i] - x->before[i]);
-        x->next[i] = is_pinned(x, i / 3) ? x->at[i] : x->at[i] + velocity - (i % 3 == 2 ? GRAVITY * STEP_S * STEP_S : 0);
+        x->next[i] =
+            is_pinned(x, i / 3) ? x->at[i] : x->at[i] + velocity - (i % 3 == 2 ? GRAVITY * STEP_S * STEP_S : 0);
     }
     for (int i = 0; i < RELAXED; i++) relax(x), push_out(x);
 }
@@ -134,32 +182,35 @@ static bool send(cloth *x, bool proposed, const double *to)
 {
     const collided_vertices v = {.positions = to, .count = COUNT, .frame = ++x->frame};
     x->awaited = x->frame, x->proposed = proposed, x->answered = false, x->safe = 1, x->contacts = 0;
-    collided_status s = proposed ? collided_propose_vertices(x->c, x->body, &v)
-                                 : collided_publish_vertices(x->c, x->body, &v);
+    collided_status s =
+        proposed ? collided_propose_vertices(x->c, x->body, &v) : collided_publish_vertices(x->c, x->body, &v);
     if (!example_ok(x->c, s, "vertices")) return false;
     collided_flush(x->c);
     return await(x, proposed);
 }
 
-/* What was rounded is another way: it is asked about, too, before it is gone. */
+/* What is scaled is another way: it is asked about, too, before it is gone. */
 static bool step(cloth *x)
 {
     double share = 1, target[3 * COUNT];
-    memcpy(target, x->next, sizeof target);
+    memset(x->stopped, 0, sizeof x->stopped);
     for (int tries = 0;; tries++) {
+        for (int i = 0; i < 3 * COUNT; i++)
+            target[i] = x->stopped[i / 3] ? x->at[i]
+                        : share == 1      ? x->next[i]
+                                          : x->at[i] + share * (x->next[i] - x->at[i]);
+        if (share == 0) break;
         if (!send(x, true, target)) return false;
         if (x->safe == 1) break;
         x->shortened++;
-        share *= tries < HALVINGS ? 0.9 * x->safe : 0;
-        for (int i = 0; i < 3 * COUNT; i++) target[i] = x->at[i] + share * (x->next[i] - x->at[i]);
-        if (share == 0) break;
+        if (tries >= STOPS) share *= tries < STOPS + HALVINGS ? 0.9 * x->safe : 0;
     }
     if (!send(x, false, target)) return false;
     if (x->safe < 1) x->refused++; /* it stood within rounding of a contact already */
     memcpy(x->before, x->at, sizeof x->at);
     memcpy(x->at, target, sizeof x->at);
-    if (share < 1)
-        for (int i = 0; i < 3 * COUNT; i++) x->before[i] = x->at[i]; /* what was stopped has lost its speed */
+    for (int i = 0; i < 3 * COUNT; i++)
+        if (share < 1 || x->stopped[i / 3]) x->before[i] = x->at[i]; /* what was stopped has lost its speed */
     x->steps++;
     return true;
 }
@@ -182,7 +233,7 @@ static bool connect(cloth *x, const example *e)
     collided_subscription_def all = collided_subscription_def_default();
     all.facts = COLLIDED_TOUCH | COLLIDED_FEATURES | COLLIDED_SAFE_STEP;
     all.callback = on_events;
-    const collided_soft_def steps = {.callback = on_steps, .context = x};
+    const collided_soft_def steps = {.each_feature = true, .callback = on_steps, .context = x};
     if (collided_subscribe_soft(x->c, &all, &steps).id == COLLIDED_NONE) return false;
     return example_ok(x->c, collided_sync(x->c, 10), "the cloth");
 }
@@ -241,9 +292,11 @@ static void write_picture(const cloth *x, const char *path)
     memcpy(order, x->triangles, sizeof order);
     pictured = x;
     qsort(order, TRIANGLES, 3 * sizeof *order, compare_depths);
-    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-0.7 -1 1.4 1.2' width='700' height='600'>\n"
-               "<rect x='-0.7' y='-1' width='1.4' height='1.2' fill='#fff'/>\n"
-               "<circle cx='0' cy='%.3f' r='%.3f' fill='#b9c4cf'/>\n", -0.8 * BALL_HEIGHT, BALL_RADIUS);
+    fprintf(f,
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-0.7 -1 1.4 1.2' width='700' height='600'>\n"
+        "<rect x='-0.7' y='-1' width='1.4' height='1.2' fill='#fff'/>\n"
+        "<circle cx='0' cy='%.3f' r='%.3f' fill='#b9c4cf'/>\n",
+        -0.8 * BALL_HEIGHT, BALL_RADIUS);
     for (int i = 0; i < TRIANGLES; i++) {
         const int32_t *t = order + 3 * i;
         double u[3], v[3], n[3];

@@ -26,9 +26,9 @@ typedef enum shape_type { /* the order is part of the canonical order of a pair:
     SHAPE_TYPE_COUNT
 } shape_type;
 
-typedef struct hull hull;         /* hull.h */
-typedef struct mesh mesh;         /* mesh.h */
-typedef struct compound compound; /* compound.h */
+typedef struct hull hull;           /* hull.h */
+typedef struct mesh mesh;           /* mesh.h */
+typedef struct compound compound;   /* compound.h */
 typedef struct soft_mesh soft_mesh; /* soft/soft.h */
 
 typedef struct shape {
@@ -40,8 +40,8 @@ typedef struct shape {
     const mesh *mesh;         /* SHAPE_MESH only */
     const compound *compound; /* SHAPE_COMPOUND only */
     const soft_mesh *soft;    /* SHAPE_SOFT only, with ... */
-    const vec3 *span;         /* ... the lowest and the highest corner of a box about all of it, in the world; NULL: it is
-                                 at the origin */
+    const vec3 *span; /* ... the lowest and the highest corner of a box about all of it, in the world; NULL: it is
+                         at the origin */
 } shape;
 
 const char *shape_type_name(shape_type type); /* "sphere", ... */

@@ -14,8 +14,8 @@ static price of_geometry(const wire_geometry *m)
 {
     double vertices = m->vertices.count, indices = m->indices.count;
     double building = m->kind == WIRE_GEOMETRY_MESH || m->kind == WIRE_GEOMETRY_SOFT ? A_TRIANGLE * indices / 3
-                      : m->kind == WIRE_GEOMETRY_HEIGHT_FIELD ? A_HEIGHT * vertices
-                                                              : A_POINT * vertices / 3;
+                      : m->kind == WIRE_GEOMETRY_HEIGHT_FIELD                        ? A_HEIGHT * vertices
+                                                                                     : A_POINT * vertices / 3;
     double copying = COMMAND + A_NUMBER * (vertices + indices);
     return (price){copying, copying + building};
 }

@@ -8,8 +8,8 @@
 #include "geometries.h"
 #include "recordings.h"
 #include "standby_parts.h"
-#include "vertices.h"
 #include "streams.h"
+#include "vertices.h"
 #include "world/saved.h"
 
 #include <stdio.h>

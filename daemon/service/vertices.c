@@ -169,12 +169,8 @@ static void add_part(frame_parts *to, const wire_vertex_batch *m, const wire_sof
 
 static frame_parts parts_of(const session *c, const wire_vertex_batch *m, const wire_soft_frame *f)
 {
-    frame_parts made = {.client = c->client,
-        .frame = f->frame,
-        .step = m->step,
-        .body = m->body,
-        .parts = f->parts,
-        .mode = f->mode};
+    frame_parts made = {
+        .client = c->client, .frame = f->frame, .step = m->step, .body = m->body, .parts = f->parts, .mode = f->mode};
     array_reserve(&made.has, (size_t)f->parts);
     memset(made.has.at, 0, (size_t)f->parts);
     made.has.count = (size_t)f->parts;
@@ -188,12 +184,14 @@ wire_reason vertices_put(service *s, session *c, const wire_vertex_batch *m, wir
     wire_soft_read_frame(m, &f); /* it has been checked */
     if (check_part(s, c, m, &f, &vertices, why) != WIRE_OK) return why->reason;
     if (f.parts > 1 && !f.frame)
-        return refuse_frame(why, WIRE_MALFORMED, "a frame in %d parts has the number 0: at least 1 is allowed", f.parts);
+        return refuse_frame(
+            why, WIRE_MALFORMED, "a frame in %d parts has the number 0: at least 1 is allowed", f.parts);
     size_t i = find_coming(s, c->client, m->body);
     frame_parts *at = i < s->vertices.coming.count ? &s->vertices.coming.at[i] : NULL;
     bool same = at && at->frame == f.frame && at->parts == f.parts && at->mode == f.mode && f.parts > 1;
     if (at && !same && f.parts > 1 && f.frame < at->frame)
-        return refuse_frame(why, WIRE_OLD_POSE, "frame %" PRId64 ": parts of frame %" PRId64 " have come", f.frame, at->frame);
+        return refuse_frame(
+            why, WIRE_OLD_POSE, "frame %" PRId64 ": parts of frame %" PRId64 " have come", f.frame, at->frame);
     if (at && !same) {
         report_incomplete(s, c, at);
         drop_coming(s, i);
@@ -259,7 +257,8 @@ static bool get_parts(bytes_in *from, frame_parts *f)
     size_t has = f->has.count, pieces = f->pieces.count, vertices = f->vertices.count;
     memset(&f->has, 0, sizeof f->has), memset(&f->pieces, 0, sizeof f->pieces);
     memset(&f->vertices, 0, sizeof f->vertices);
-    if (has > from->left || pieces > from->left / sizeof(frame_piece) || vertices > from->left / sizeof(vec3)) return false;
+    if (has > from->left || pieces > from->left / sizeof(frame_piece) || vertices > from->left / sizeof(vec3))
+        return false;
     array_reserve(&f->has, has + 1), array_reserve(&f->pieces, pieces + 1), array_reserve(&f->vertices, vertices + 1);
     f->has.count = has, f->pieces.count = pieces, f->vertices.count = vertices;
     bytes_get(from, f->has.at, has);

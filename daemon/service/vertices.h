@@ -1,5 +1,5 @@
-/* vertices: frames of soft bodies, from VertexBatches to the world; and what steps of soft bodies came to, as records of
- * EventBatches. Tick thread. */
+/* vertices: frames of soft bodies, from VertexBatches to the world; and what steps of soft bodies came to, as records
+ * of EventBatches. Tick thread. */
 #ifndef COLLIDED_SERVICE_VERTICES_H
 #define COLLIDED_SERVICE_VERTICES_H
 

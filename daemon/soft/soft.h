@@ -60,7 +60,8 @@ typedef struct soft_mesh_def {
     size_t vertex_count;
     const uint32_t (*triangles)[3]; /* (a, b, b) is an edge alone, as of hair and cables; (a, a, a) a vertex alone */
     size_t triangle_count;
-    double half_thickness; /* m, unless a body has its own: two surfaces are in contact when nearer than the sum of theirs */
+    double half_thickness; /* m, unless a body has its own: two surfaces are in contact when nearer than the sum of
+                              theirs */
     unsigned ring;         /* features of one body within so many edges of each other are not looked at; 0: only those
                               that share a vertex are not */
     double
@@ -77,7 +78,7 @@ size_t soft_mesh_triangle_count(const soft_mesh *m);
 size_t soft_mesh_edge_count(const soft_mesh *m);
 void soft_mesh_triangle(const soft_mesh *m, uint32_t face, uint32_t corners[3]);
 void soft_mesh_edge(const soft_mesh *m, uint32_t edge, uint32_t ends[2]); /* the lesser vertex first */
-const vec3 *soft_mesh_rest(const soft_mesh *m); /* one a vertex; the mesh's own */
+const vec3 *soft_mesh_rest(const soft_mesh *m);                           /* one a vertex; the mesh's own */
 size_t soft_mesh_bytes(const soft_mesh *m);
 
 /* ---- bodies: where the vertices of a mesh are ---- */

@@ -247,8 +247,8 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
         if (stale)
             p->standing.epoch = 0;
         else if (pair_is_soft(w, p))
-            w->outcomes.at[k] = (outcome){
-                .stage = STAGE_CLOSED_FORM, .settled = !soft_is_decided(w, p), .result = WORLD_NONE};
+            w->outcomes.at[k] =
+                (outcome){.stage = STAGE_CLOSED_FORM, .settled = !soft_is_decided(w, p), .result = WORLD_NONE};
         else
             (bounds ? look_at_bounds : look_for_proof)(w, p, &w->outcomes.at[k]);
     }

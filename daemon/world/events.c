@@ -112,7 +112,8 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
     bool is_soft = pair_is_soft(w, p);
     if (is_soft) {
         near = false;
-        touches = soft_touches(w, p, i->threshold + t->distances.padding, &soft) && i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
+        touches =
+            soft_touches(w, p, i->threshold + t->distances.padding, &soft) && i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
         if (!soft) return;
     }
     if (id == WORLD_NONE && !touches && !near) return;

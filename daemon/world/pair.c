@@ -126,7 +126,8 @@ bool pair_accept(void *context, uint32_t a, uint32_t b)
     world *w = context;
     const body *x = &w->bodies.at[w->colliders.at[a].body], *y = &w->bodies.at[w->colliders.at[b].body];
     bool shadowed = w->colliders.at[a].shadow || w->colliders.at[b].shadow; /* only beside its own surface */
-    return (x == y) == shadowed && subscription_wants(w, x, y) && decide(w, w->colliders.at[a].body, w->colliders.at[b].body).checked;
+    return (x == y) == shadowed && subscription_wants(w, x, y) &&
+           decide(w, w->colliders.at[a].body, w->colliders.at[b].body).checked;
 }
 
 bool pair_is_reported(const world *w, const pair *p)

@@ -3,19 +3,20 @@
  * Before a tick looks at pairs, bodies with a frame that waits are put together with those that they may meet on the
  * way; what meets nobody else is a job of its own, so that nobody waits for strangers. A job goes on for a part of the
  * tick's slice; when it is done its bodies are where their frames say, as one, and its results are this tick's. Which
- * jobs there are, what they are soft_asked and when they end follows from commands and counts, and so do all results. */
+ * jobs there are, what they are soft_asked and when they end follows from commands and counts, and so do all results.
+ */
 #include "soft_state.h"
 #include "subscription.h"
 
 #include <stdlib.h>
 
 enum {
-    PART = 4,           /* of a slice, at most */
-    A_UNIT = 10,        /* of soft.h, in those of a slice */
+    PART = 4,    /* of a slice, at most */
+    A_UNIT = 10, /* of soft.h, in those of a slice */
     UNITS_AT_LEAST = 100000,
     REFIT_A_VERTEX = 12 /* units, with all that goes by vertices when a step begins */
 };
-static const uint64_t JOB_UNITS_MOST = 100000000; /* a second: beyond, what is left is told as unfinished */
+static const uint64_t JOB_UNITS_MOST = 100000000;    /* a second: beyond, what is left is told as unfinished */
 static const size_t CONTACTS_MOST = (size_t)1 << 22; /* kept of a step, 24 bytes each; others are counted */
 
 double soft_separation(const subscription *i, double padding)
@@ -122,7 +123,8 @@ static bool ask_pair(world *w, soft_job *j, uint32_t a, uint32_t b, const soft_p
     const span *x, const span *y)
 {
     const body *one = &w->bodies.at[p->body], *other = &w->bodies.at[q->body];
-    bool any = false, in_order = p == q || colliders_in_order(w, &w->colliders.at[p->collider], &w->colliders.at[q->collider]);
+    bool any = false,
+         in_order = p == q || colliders_in_order(w, &w->colliders.at[p->collider], &w->colliders.at[q->collider]);
     if (p != q && one->fixed && other->fixed) return false;
     pair_terms terms = pair_get_terms(w, one, other);
     for (uint32_t id = 0; terms.checked && id < w->subscriptions.count; id++) {
@@ -140,7 +142,8 @@ static bool ask_pair(world *w, soft_job *j, uint32_t a, uint32_t b, const soft_p
         size_t most = !(i->facts & WORLD_FEATURES) || !i->soft_each ? 1 : i->soft_most ? i->soft_most : CONTACTS_MOST;
         size_t k = 0;
         while (k < j->asks.count && j->asks.at[k].separation != separation) k++;
-        if (k == j->asks.count) array_push(&j->asks, ((soft_asked){.separation = separation, .want = want, .most = most}));
+        if (k == j->asks.count)
+            array_push(&j->asks, ((soft_asked){.separation = separation, .want = want, .most = most}));
         soft_asked *to = &j->asks.at[k];
         bool brackets = to->want == SOFT_BRACKETS || want == SOFT_BRACKETS || to->want != want;
         to->want = brackets ? SOFT_BRACKETS : want;
@@ -420,7 +423,10 @@ static bool run_job(world *w, soft_job *j, uint64_t *units)
 
 static void end_job(world *w, soft_job *j)
 {
-    for (size_t i = 0; i < j->results.count; i++) array_push(&w->soft->results, j->results.at[i]);
+    for (size_t i = 0; i < j->results.count; i++) {
+        j->results.at[i].tick = w->figures.ticks;
+        array_push(&w->soft->results, j->results.at[i]);
+    }
     j->results.count = 0;
     for (size_t i = 0; i < j->places.count; i++) {
         soft_place *p = j->places.at[i];

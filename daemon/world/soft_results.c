@@ -1,5 +1,5 @@
-/* soft_results: what steps of soft bodies came to: for the events of their pairs, and for who asks for features and safe
- * steps. Tick thread. */
+/* soft_results: what steps of soft bodies came to: for the events of their pairs, and for who asks for features and
+ * safe steps. Tick thread. */
 #include "events.h"
 #include "soft_state.h"
 #include "subscription.h"
@@ -8,13 +8,36 @@
 
 #include <stdlib.h>
 
+static bool waits(const world *w, const soft_result *r)
+{
+    if (r->proposed || w->colliders.at[r->a].ghost || w->colliders.at[r->b].ghost) return false;
+    const body *x = &w->bodies.at[w->colliders.at[r->a].body], *y = &w->bodies.at[w->colliders.at[r->b].body];
+    uint32_t pair = pair_find(w, r->a, r->b);
+    return x->is_due || y->is_due || (pair != PAIR_MAP_NONE && pair_is_pending(w, &w->pairs.at[pair]));
+}
+
+/* A tick begins. */
 void soft_results_clear(world *w)
 {
+    size_t kept = 0;
     for (size_t i = 0; i < w->soft->results.count; i++) {
-        free(w->soft->results.at[i].contacts);
-        free(w->soft->results.at[i].touches);
+        soft_result *r = &w->soft->results.at[i];
+        if (waits(w, r)) {
+            w->soft->results.at[kept++] = *r;
+            continue;
+        }
+        free(r->contacts);
+        free(r->touches);
     }
-    w->soft->results.count = w->soft->told.count = w->soft->batch.count = 0;
+    w->soft->results.count = kept;
+    w->soft->told.count = w->soft->batch.count = 0;
+}
+
+void soft_results_free(world *w)
+{
+    for (size_t i = 0; i < w->soft->results.count; i++)
+        free(w->soft->results.at[i].contacts), free(w->soft->results.at[i].touches);
+    array_free(&w->soft->results), array_free(&w->soft->told), array_free(&w->soft->batch);
 }
 
 /* ---- where features meet ---- */
@@ -37,7 +60,8 @@ static void touch_vertex_face(vec3 p, const vec3 c[3], double sign, struct soft_
 {
     vec3 u = vec_sub(c[1], c[0]), v = vec_sub(c[2], c[0]), d = vec_sub(p, c[0]), n = vec_cross(u, v);
     double uu = vec_dot(u, u), uv = vec_dot(u, v), vv = vec_dot(v, v), du = vec_dot(d, u), dv = vec_dot(d, v);
-    double det = uu * vv - uv * uv, x = det > 0 ? (vv * du - uv * dv) / det : 0, y = det > 0 ? (uu * dv - uv * du) / det : 0;
+    double det = uu * vv - uv * uv, x = det > 0 ? (vv * du - uv * dv) / det : 0,
+           y = det > 0 ? (uu * dv - uv * du) / det : 0;
     double side = vec_dot(n, d) > 0 ? -sign : sign;
     set_touch(to, vec_scale(n, side), x, y);
 }
@@ -46,7 +70,8 @@ static void touch_edges(const vec3 a[2], const vec3 b[2], struct soft_touch *to)
 {
     vec3 u = vec_sub(a[1], a[0]), v = vec_sub(b[1], b[0]), d = vec_sub(b[0], a[0]), n = vec_cross(u, v);
     double uu = vec_dot(u, u), uv = vec_dot(u, v), vv = vec_dot(v, v), du = vec_dot(d, u), dv = vec_dot(d, v);
-    double det = uu * vv - uv * uv, x = det > 0 ? (vv * du - uv * dv) / det : 0, y = det > 0 ? (uv * du - uu * dv) / det : 0;
+    double det = uu * vv - uv * uv, x = det > 0 ? (vv * du - uv * dv) / det : 0,
+           y = det > 0 ? (uv * du - uu * dv) / det : 0;
     set_touch(to, vec_dot(n, d) < 0 ? vec_neg(n) : n, x, y);
 }
 
@@ -79,9 +104,12 @@ void soft_find_touches(soft_result *r, const soft_mesh *a, soft_positions x, con
 static soft_result *first_of(const world *w, const pair *p)
 {
     uint64_t key = pair_key(p->a, p->b);
-    for (size_t i = 0; i < w->soft->results.count; i++)
-        if (w->soft->results.at[i].key == key && !w->soft->results.at[i].proposed) return &w->soft->results.at[i];
-    return NULL;
+    soft_result *newest = NULL;
+    for (size_t i = 0; i < w->soft->results.count; i++) {
+        soft_result *r = &w->soft->results.at[i];
+        if (r->key == key && !r->proposed && (!newest || r->tick > newest->tick)) newest = r;
+    }
+    return newest;
 }
 
 bool soft_is_decided(const world *w, const pair *p)
@@ -98,9 +126,10 @@ bool soft_touches(const world *w, const pair *p, double separation, const soft_r
 {
     uint64_t key = pair_key(p->a, p->b);
     *which = NULL;
-    for (size_t i = 0; i < w->soft->results.count && !*which; i++) {
+    for (size_t i = 0; i < w->soft->results.count; i++) {
         const soft_result *r = &w->soft->results.at[i];
-        if (r->key == key && !r->proposed && r->separation == fmax(separation, 0)) *which = r;
+        bool is = r->key == key && !r->proposed && r->separation == fmax(separation, 0);
+        if (is && (!*which || r->tick > (*which)->tick)) *which = r;
     }
     return *which && (contacts_of(*which) || (*which)->unfinished || (*which)->safe_lo < 1);
 }
@@ -129,8 +158,15 @@ static void add_free(world *w, const pair *p, const soft_place *i, const soft_pl
         if (!soft_is_wanted(w, id, x, y)) continue;
         soft_touches(w, p, separation, &there);
         if (there) continue;
-        soft_result r = {.key = pair_key(p->a, p->b), .a = p->a, .b = p->b, .separation = separation,
-            .frame_a = i->frame, .frame_b = k->frame, .safe_lo = 1, .safe_hi = INFINITY};
+        soft_result r = {.tick = w->figures.ticks,
+            .key = pair_key(p->a, p->b),
+            .a = p->a,
+            .b = p->b,
+            .separation = separation,
+            .frame_a = i->frame,
+            .frame_b = k->frame,
+            .safe_lo = 1,
+            .safe_hi = INFINITY};
         r.contacts = base_alloc(1, sizeof *r.contacts), r.touches = base_alloc(1, sizeof *r.touches);
         array_push(&w->soft->results, r);
     }
@@ -160,8 +196,8 @@ void soft_decide(world *w)
         const body *soft = collider_is_soft(a) ? x : y, *rigid = collider_is_soft(a) ? y : x;
         const soft_place *place = soft_place_of(w, soft);
         if (!place) continue;
-        if (news || place->way_tick == w->figures.ticks || rigid->changed_tick == w->figures.ticks)
-            soft_rigid_pair(w, p);
+        if (news || place->way_tick > p->swept_tick || rigid->changed_tick > p->swept_tick) soft_rigid_pair(w, p);
+        p->swept_tick = w->figures.ticks;
     }
 }
 
@@ -183,8 +219,8 @@ static uint64_t hash_told(uint64_t h, const soft_told *t)
     h = hash_half(h, t->subscription);
     h = hash_bytes(h, s->name_a, strlen(s->name_a));
     h = hash_bytes(h, s->name_b, strlen(s->name_b));
-    const uint64_t words[] = {(uint64_t)s->contact, (uint64_t)s->frame_a, (uint64_t)s->frame_b, s->proposed, s->unfinished,
-        s->vertex_face, s->edge_edge, s->face_shape, s->within, s->undecided, s->left_out};
+    const uint64_t words[] = {(uint64_t)s->contact, (uint64_t)s->frame_a, (uint64_t)s->frame_b, s->proposed,
+        s->unfinished, s->vertex_face, s->edge_edge, s->face_shape, s->within, s->undecided, s->left_out};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++) h = hash_word(h, words[i]);
     h = hash_double(hash_double(h, s->safe_lo), s->safe_hi);
     for (size_t i = 0; i < s->count; i++) {
@@ -237,7 +273,8 @@ static int compare_results(const void *x, const void *y)
 {
     const soft_result *a = x, *b = y;
     if (a->proposed != b->proposed) return a->proposed ? 1 : -1;
-    int64_t f = a->frame_a > a->frame_b ? a->frame_a : a->frame_b, g = b->frame_a > b->frame_b ? b->frame_a : b->frame_b;
+    int64_t f = a->frame_a > a->frame_b ? a->frame_a : a->frame_b,
+            g = b->frame_a > b->frame_b ? b->frame_a : b->frame_b;
     if (a->proposed && f != g) return f < g ? -1 : 1;
     if (a->key != b->key) return a->key < b->key ? -1 : 1;
     return (a->separation > b->separation) - (a->separation < b->separation);
@@ -251,7 +288,8 @@ void soft_tell(world *w)
     qsort(s->results.at, s->results.count, sizeof *s->results.at, compare_results);
     for (uint32_t id = 0; id < w->subscriptions.count; id++)
         for (size_t i = 0; i < s->results.count && w->subscriptions.at[id].used; i++)
-            tell_one(w, &s->results.at[i], id);
+            if (!s->results.at[i].is_told) tell_one(w, &s->results.at[i], id);
+    for (size_t i = 0; i < s->results.count; i++) s->results.at[i].is_told = true;
     for (size_t i = 0; i < s->told.count; i++) {
         w->hash = hash_told(w->hash, &s->told.at[i]);
         array_push(&s->batch, s->told.at[i].what);

@@ -1,11 +1,12 @@
 /* soft_rigid: a soft surface beside a rigid shape, each on its way: which of its faces meet it, and when. Tick thread,
  * and the pool, one face at a time.
  *
- * A face is three points, each on a straight line; the shape goes on a screw from its pose at the last tick to its pose.
- * Where the boxes of the two ways are apart nothing is asked. Else conservative advancement (Mirtich and Canny 1995):
- * the certified distance at one time, less the separation, is not used up before the face's fastest corner and the
- * shape's fastest point could have used it. So nothing that meets is missed; what comes nearer than the steps can tell
- * apart is told, as within rounding or undecided. Whole faces are looked at: edges and vertices are parts of them. */
+ * A face is three points, each on a straight line; the shape goes on a screw from its pose at the last tick to its
+ * pose. Where the boxes of the two ways are apart nothing is asked. Else conservative advancement (Mirtich and Canny
+ * 1995): the certified distance at one time, less the separation, is not used up before the face's fastest corner and
+ * the shape's fastest point could have used it. So nothing that meets is missed; what comes nearer than the steps can
+ * tell apart is told, as within rounding or undecided. Whole faces are looked at: edges and vertices are parts of them.
+ */
 #include "soft_state.h"
 #include "subscription.h"
 
@@ -94,8 +95,7 @@ static void ask(asking *a, double time)
         .brief = true};
     a->origin = at.p;
     at.p = VEC_ZERO;
-    narrow_query_world(
-        &face.shape, (pose){VEC_ZERO, {1, 0, 0, 0}}, &m->shape->shape, at, &request, a->scratch, &a->r);
+    narrow_query_world(&face.shape, (pose){VEC_ZERO, {1, 0, 0, 0}}, &m->shape->shape, at, &request, a->scratch, &a->r);
     a->r.lo -= a->slack;
     a->r.hi += a->slack;
     a->units += A_QUERY + (uint64_t)(m->shape->apart / 10);
@@ -297,7 +297,8 @@ static void meet_for_all(world *w, uint32_t soft_id, uint32_t rigid_id, const so
         for (size_t k = before; k < w->soft->results.count; k++)
             there |= w->soft->results.at[k].separation == separation;
         if (there) continue;
-        soft_result r = {.key = pair_key(first ? soft_id : rigid_id, first ? rigid_id : soft_id),
+        soft_result r = {.tick = w->figures.ticks,
+            .key = pair_key(first ? soft_id : rigid_id, first ? rigid_id : soft_id),
             .a = first ? soft_id : rigid_id,
             .b = first ? rigid_id : soft_id,
             .separation = separation,
@@ -320,8 +321,11 @@ void soft_rigid_pair(world *w, const pair *p)
     uint32_t soft = a_is ? p->a : p->b, rigid = a_is ? p->b : p->a;
     const soft_place *at = soft_place_of(w, &w->bodies.at[w->colliders.at[soft].body]);
     if (!at) return;
-    bool goes = at->way_tick == w->figures.ticks;
+    bool goes = at->way_tick > p->swept_tick, late = goes && at->way_tick != w->figures.ticks;
+    size_t before = w->soft->results.count;
     meet_for_all(w, soft, rigid, at, (soft_positions){goes ? at->from : at->at, at->at}, false, at->frame);
+    for (size_t i = before; late && i < w->soft->results.count; i++) /* how the rigid one came is not known any more */
+        w->soft->results.at[i].unfinished = true, w->soft->results.at[i].safe_lo = 0;
 }
 
 typedef struct beside {

@@ -116,7 +116,8 @@ static bool get_asks(bytes_in *from, soft_job *j, size_t count)
         bytes_get(from, a.pairs.at, (size_t)what[2] * sizeof *a.pairs.at);
         a.pairs.count = (size_t)what[2];
         for (size_t k = 0; k < a.pairs.count; k++)
-            if (a.pairs.at[k].a >= j->places.count || a.pairs.at[k].b >= j->places.count) a.pairs.at[k] = (soft_pair){0, 0};
+            if (a.pairs.at[k].a >= j->places.count || a.pairs.at[k].b >= j->places.count)
+                a.pairs.at[k] = (soft_pair){0, 0};
         array_push(&j->asks, a);
     }
     return !from->broken;

@@ -25,10 +25,10 @@ typedef struct soft_place { /* of one body */
     const soft_mesh *mesh;
     size_t count; /* vertices */
     double half_thickness;
-    vec3 span[2];   /* about its last way, and its half thickness; the shape's */
-    vec3 *from, *at; /* its last way: from where it was to where it is */
-    int64_t frame;   /* that it is at; 0: as it was announced */
-    uint64_t way_tick; /* the tick in which it went that way; in others it stands */
+    vec3 span[2];           /* about its last way, and its half thickness; the shape's */
+    vec3 *from, *at;        /* its last way: from where it was to where it is */
+    int64_t frame;          /* that it is at; 0: as it was announced */
+    uint64_t way_tick;      /* the tick in which it went that way; in others it stands */
     soft_frame next, after; /* that waits, or is under way; that has come since */
     soft_frame proposals[SOFT_PROPOSALS_MAX];
     size_t proposal_count;
@@ -38,6 +38,8 @@ typedef struct soft_place { /* of one body */
 } soft_place;
 
 typedef struct soft_result { /* of one pair in one step, for one separation; canonical order is that of these fields */
+    uint64_t tick;           /* in which it was found: kept until its pair is decided, if that is put off; ... */
+    bool is_told;            /* ... to who asks for steps it is told once */
     uint64_t key;            /* of the two colliders, in the pair's order */
     uint32_t a, b;           /* them */
     double separation;       /* m, beyond the half thicknesses */
@@ -51,7 +53,7 @@ typedef struct soft_result { /* of one pair in one step, for one separation; can
     size_t count;
     struct soft_touch { /* where and how they meet, one a contact */
         float normal[3], bary[2];
-    } *touches;
+    } * touches;
     bool has_first; /* of the contact with the least t_lo: */
     vec3 first_point, first_normal;
     double first_lo, first_hi;
@@ -81,20 +83,19 @@ typedef struct soft_job {
     ARRAY(soft_result) results;
 } soft_job;
 
-
 typedef struct soft_told {
     uint32_t subscription;
     world_soft what;
 } soft_told;
 
 struct soft_world {
-    ARRAY(soft_place *) places; /* body.soft - 1 is the index; NULL: free */
-    ARRAY(soft_job *) jobs;     /* under way */
-    ARRAY(soft_result) results; /* of this tick */
-    ARRAY(soft_told) told;      /* in this tick, in the order of subscriptions */
-    ARRAY(world_soft) batch;    /* what of it is one subscription's stands together */
-    size_t count;               /* of places */
-    size_t waiting;             /* places that have something to do */
+    ARRAY(soft_place *) places;                 /* body.soft - 1 is the index; NULL: free */
+    ARRAY(soft_job *) jobs;                     /* under way */
+    ARRAY(soft_result) results;                 /* of this tick, and of pairs that wait for their turn */
+    ARRAY(soft_told) told;                      /* in this tick, in the order of subscriptions */
+    ARRAY(world_soft) batch;                    /* what of it is one subscription's stands together */
+    size_t count;                               /* of places */
+    size_t waiting;                             /* places that have something to do */
     uint64_t steps, skipped, unfinished, units; /* cumulative: steps done, frames passed over, steps given up */
 };
 
@@ -112,10 +113,10 @@ static inline soft_place *soft_place_of(const world *w, const body *b)
 }
 
 /* soft_bodies.c */
-void soft_enter(world *w, uint32_t body, uint32_t collider, uint32_t shadow); /* its shapes are these */
+void soft_enter(world *w, uint32_t body, uint32_t collider, uint32_t shadow);               /* its shapes are these */
 soft_place *soft_place_create(world *w, uint32_t body, uint32_t collider, uint32_t shadow); /* at rest; in no list */
-void soft_leave(world *w, body *b); /* its shapes go */
-void soft_arrive(world *w, soft_place *p); /* at its next frame */
+void soft_leave(world *w, body *b);                                                         /* its shapes go */
+void soft_arrive(world *w, soft_place *p);                                                  /* at its next frame */
 void soft_drop_frame(soft_frame *f);
 void soft_bodies_free(world *w);
 void soft_measure(soft_place *p);
@@ -127,8 +128,8 @@ void soft_jobs_free(world *w);
 bool soft_is_busy(const world *w);
 size_t soft_waiting_of(const world *w, uint64_t owner); /* his bodies with something to do */
 /* m; of the pair, for that subscription. */
-soft_job *soft_job_create(world *w); /* among the jobs */
-void soft_job_place(soft_job *j);    /* its bodies are where its places and frames say */
+soft_job *soft_job_create(world *w);                            /* among the jobs */
+void soft_job_place(soft_job *j);                               /* its bodies are where its places and frames say */
 soft_step_def soft_job_step(const world *w, const soft_job *j); /* of what is asked now */
 void soft_take_results(soft_job *j, bool unfinished);
 double soft_separation(const subscription *i, double padding);
@@ -158,6 +159,7 @@ void soft_decide(world *w); /* the pairs of soft and rigid among the active ones
 /* Where and how each contact of two soft surfaces is. */
 void soft_find_touches(soft_result *r, const soft_mesh *a, soft_positions x, const soft_mesh *b, soft_positions y);
 void soft_results_clear(world *w);
+void soft_results_free(world *w);
 /* Is anything known of this pair in this tick? */
 bool soft_is_decided(const world *w, const pair *p);
 void soft_fill(const world *w, const pair *p, narrow_result *r);

@@ -89,7 +89,8 @@ static bool same_subscription(const subscription *i, const world_subscription *d
     return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
            i->hysteresis == def->hysteresis && i->tolerance == def->tolerance &&
            i->relative_tolerance == def->relative_tolerance && i->accuracy == def->accuracy &&
-           i->soft_each == def->soft_each && i->soft_most == def->soft_most && i->horizon == def->horizon && i->period_ns == def->period_ns && strcmp(i->select_a, def->select_a) == 0 &&
+           i->soft_each == def->soft_each && i->soft_most == def->soft_most && i->horizon == def->horizon &&
+           i->period_ns == def->period_ns && strcmp(i->select_a, def->select_a) == 0 &&
            strcmp(i->select_b, def->select_b) == 0;
 }
 

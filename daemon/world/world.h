@@ -136,8 +136,8 @@ typedef enum world_fact {
     WORLD_TOUCH = 1,
     WORLD_DISTANCE = 2,
     WORLD_MANIFOLD = 4,
-    WORLD_IMPACT = 8,  /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
-    WORLD_PREDICT = 16, /* contacts to come within the horizon, from velocities */
+    WORLD_IMPACT = 8,    /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
+    WORLD_PREDICT = 16,  /* contacts to come within the horizon, from velocities */
     WORLD_FEATURES = 32, /* of soft bodies: the features that meet on the way of each step ... */
     WORLD_SAFE_STEP = 64 /* ... and the share of the way that is proven to be free */
 } world_fact;
@@ -160,9 +160,9 @@ typedef struct world_subscription {
     double tolerance;                /* m; 0: relative_tolerance says it */
     double relative_tolerance;       /* of the reaches of both shapes together; both 0: as narrow as doubles give */
     world_accuracy accuracy;
-    double horizon;    /* s, with WORLD_PREDICT: from the newest pose of a pair on, to
-                          which an older one is carried on; until so long after the older one */
-    int64_t period_ns; /* updates at most so often; 0 = each tick */
+    double horizon;     /* s, with WORLD_PREDICT: from the newest pose of a pair on, to
+                           which an older one is carried on; until so long after the older one */
+    int64_t period_ns;  /* updates at most so often; 0 = each tick */
     bool soft_each;     /* with WORLD_FEATURES: each of them, else how many they are */
     uint32_t soft_most; /* of a pair, at most; 0 = all. The others are counted */
 } world_subscription;
@@ -270,7 +270,7 @@ typedef enum world_frame_status {
  * unknown, never free. Of frames that come meanwhile the newest takes the place of those before (frames_skipped):
  * the way of the next step is then the line from where it is to that one. */
 world_frame_status world_put_frame(world *w, uint32_t body, const world_frame *frame);
-size_t world_soft_vertices(const world *w, uint32_t body); /* 0: it is rigid, or unknown */
+size_t world_soft_vertices(const world *w, uint32_t body);                       /* 0: it is rigid, or unknown */
 const vec3 *world_soft_positions(const world *w, uint32_t body, int64_t *frame); /* NULL: likewise */
 
 typedef struct world_feature {
@@ -480,7 +480,7 @@ typedef struct world_figures {
     size_t pending_bodies, pending_pairs;
     size_t parked_bodies; /* that wait for max_pairs */
     uint64_t slice_units, sliced_ticks;
-    size_t soft_bodies, soft_waiting; /* now; of them those with a step to do */
+    size_t soft_bodies, soft_waiting;                     /* now; of them those with a step to do */
     uint64_t soft_steps, frames_skipped, soft_unfinished; /* cumulative */
 } world_figures;
 world_figures world_get_figures(const world *w);

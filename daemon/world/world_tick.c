@@ -93,10 +93,9 @@ static void free_subscriptions(world *w)
 void world_destroy(world *w)
 {
     if (!w) return;
-    soft_results_clear(w);
+    soft_results_free(w);
     soft_jobs_free(w);
     soft_bodies_free(w);
-    array_free(&w->soft->results), array_free(&w->soft->told), array_free(&w->soft->batch);
     free(w->soft);
     for (unsigned i = 0; i < workers_count(w->workers); i++) free(w->scratch[i]);
     workers_destroy(w->workers);

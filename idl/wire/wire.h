@@ -213,8 +213,8 @@ typedef struct wire_pose_batch {
     wire_u8s extensions;
 } wire_pose_batch;
 
-/* VertexBatch: new vertices of a soft body, or a part of them: those from first_vertex on, in the world. What it carries
- * beyond that stands in wire_soft.h. */
+/* VertexBatch: new vertices of a soft body, or a part of them: those from first_vertex on, in the world. What it
+ * carries beyond that stands in wire_soft.h. */
 typedef struct wire_vertex_batch {
     int32_t version;
     int64_t client;

@@ -93,7 +93,8 @@ static wire_reason check_soft_surface(const wire_geometry *m, wire_refusal *why)
         FAIL(WIRE_BAD_SIZE, "vertices[0], the ring of a soft surface, is %g: a whole number from 0 to %d is allowed",
             head[0], WIRE_SOFT_RING_MAX);
     if (!(head[1] >= 0))
-        FAIL(WIRE_BAD_SIZE, "vertices[1], the rest exclusion of a soft surface, is %g m: at least 0 is allowed", head[1]);
+        FAIL(WIRE_BAD_SIZE, "vertices[1], the rest exclusion of a soft surface, is %g m: at least 0 is allowed",
+            head[1]);
     if (head[2] != 0) FAIL(WIRE_BAD_SIZE, "vertices[2] of a soft surface is %g: it must be 0", head[2]);
     return WIRE_OK;
 }

@@ -7,7 +7,8 @@ bool wire_extension_is_known(wire_kind kind, uint32_t id)
     static const struct known {
         wire_kind kind;
         uint32_t id;
-    } KNOWN[] = { /* as the table in README.md has them */
+    } KNOWN[] = {
+        /* as the table in README.md has them */
         {WIRE_VERTEX_BATCH, WIRE_SOFT_FRAME},
         {WIRE_VERTEX_BATCH, WIRE_SOFT_SINGLES},
         {WIRE_SUBSCRIPTION, WIRE_SOFT_INTEREST},

@@ -129,8 +129,10 @@ wire_reason check_soft_vertices(const wire_vertex_batch *m, wire_refusal *why)
 {
     wire_soft_frame f;
     if (!wire_soft_read_frame(m, &f))
-        FAIL(WIRE_MALFORMED, "extensions: the frame has %d octets, singles an origin and three floats each, "
-                             "instead of `vertices`", FRAME_BYTES);
+        FAIL(WIRE_MALFORMED,
+            "extensions: the frame has %d octets, singles an origin and three floats each, "
+            "instead of `vertices`",
+            FRAME_BYTES);
     TRY(check_between("the frame", f.frame, 0, INT64_MAX, why));
     TRY(check_between("the mode of the frame", f.mode, WIRE_SOFT_MOVE, WIRE_SOFT_MODES - 1, why));
     TRY(check_between("the parts of the frame", f.parts, 1, WIRE_SOFT_PARTS_MAX, why));
@@ -164,7 +166,8 @@ wire_reason check_soft_interest(wire_u8s extensions, wire_refusal *why)
     wire_u8s at;
     wire_soft_interest i;
     if (!find_record(extensions, WIRE_SOFT_INTEREST, &at)) return WIRE_OK;
-    if (at.count != 8) FAIL(WIRE_MALFORMED, "extensions: what is wanted of soft bodies has %u octets: it must have 8", at.count);
+    if (at.count != 8)
+        FAIL(WIRE_MALFORMED, "extensions: what is wanted of soft bodies has %u octets: it must have 8", at.count);
     wire_soft_read_interest(extensions, &i);
     TRY(check_between("the grain of soft bodies", i.grain, WIRE_SOFT_SUMMARY, WIRE_SOFT_GRAINS - 1, why));
     return check_between("the most features of a pair", i.most, 0, INT32_MAX, why);

@@ -6,14 +6,14 @@
 
 #include "wire.h"
 
-enum { /* ids of records */
+enum {                      /* ids of records */
     WIRE_SOFT_FRAME = 1,    /* of a VertexBatch: frame, part, parts, mode */
     WIRE_SOFT_SINGLES = 2,  /* of a VertexBatch: an origin and vertices in single precision, instead of `vertices` */
     WIRE_SOFT_INTEREST = 3, /* of a Subscription: most, grain */
     WIRE_SOFT_STEP = 4      /* of an EventBatch: pairs, and their features */
 };
 
-enum { /* of frames */
+enum {                      /* of frames */
     WIRE_SOFT_MOVE = 0,     /* the vertices move there, each on a straight line */
     WIRE_SOFT_PROPOSE = 1,  /* is that way free? Nothing moves */
     WIRE_SOFT_TELEPORT = 2, /* they are there, without a way */
@@ -26,10 +26,10 @@ enum { WIRE_SOFT_PARTS_MAX = 4096, WIRE_SOFT_VERTICES_MAX = 87000 /* singles of 
 typedef struct wire_soft_frame {
     int64_t frame; /* the client's count of them, rising; 0: not counted */
     int32_t part, parts, mode;
-    uint32_t vertices;       /* in this message */
-    bool single;             /* of which: */
-    double origin[3];        /* m; a vertex is origin + its singles, added in double */
-    const uint8_t *singles;  /* three floats each */
+    uint32_t vertices;      /* in this message */
+    bool single;            /* of which: */
+    double origin[3];       /* m; a vertex is origin + its singles, added in double */
+    const uint8_t *singles; /* three floats each */
 } wire_soft_frame;
 bool wire_soft_read_frame(const wire_vertex_batch *m, wire_soft_frame *out); /* false: a record is damaged */
 void wire_soft_vertex(const wire_vertex_batch *m, const wire_soft_frame *f, uint32_t i, double out[3]);
@@ -39,7 +39,7 @@ void wire_soft_vertex(const wire_vertex_batch *m, const wire_soft_frame *f, uint
 enum { WIRE_SOFT_FRAME_BYTES = 64 };
 uint32_t wire_soft_put_frame(const wire_soft_frame *f, const float *singles, uint8_t *to);
 
-enum { /* grain */
+enum {                     /* grain */
     WIRE_SOFT_SUMMARY = 0, /* a line a pair */
     WIRE_SOFT_EACH = 1,    /* and its features */
     WIRE_SOFT_GRAINS
@@ -63,14 +63,15 @@ enum { WIRE_SOFT_CERTAIN = 0, WIRE_SOFT_WITHIN = 1, WIRE_SOFT_UNDECIDED = 2 }; /
 
 typedef struct wire_soft_feature {
     uint8_t kind, proof;
-    uint32_t a, b; /* vertices, edges and faces of the soft surfaces, as their geometries count them; b of a rigid shape: 0 */
+    uint32_t a,
+        b; /* vertices, edges and faces of the soft surfaces, as their geometries count them; b of a rigid shape: 0 */
     float t_lo, t_hi; /* of the way, in [0, 1]: apart before, met by; rounded outwards */
     float normal[3];  /* unit, from A's feature to B's at t_lo, world; to 1e-4 */
     float bary[2];    /* of the face its corners 1 and 2, of the edges how far along A's and B's; 0 to 1, to 1e-4 */
 } wire_soft_feature;
 
-enum { /* flags of a pair */
-    WIRE_SOFT_PROPOSED = 1, /* of a proposed frame: nothing has moved */
+enum {                       /* flags of a pair */
+    WIRE_SOFT_PROPOSED = 1,  /* of a proposed frame: nothing has moved */
     WIRE_SOFT_UNFINISHED = 2 /* it took more work than a step may: what was not looked at is unknown, never free */
 };
 
@@ -80,10 +81,10 @@ typedef struct wire_soft_pair {
     int32_t shape_a, shape_b;
     uint8_t flags;
     uint64_t vertex_face, edge_edge, face_shape; /* contacts on the way */
-    uint64_t within, undecided; /* of these: as near as rounding can tell; not decided, and not called free */
-    uint64_t left_out;          /* of these, not told for want of room (most) */
-    double safe_lo, safe_hi;    /* nothing meets before lo; by hi something has for certain. 1 and infinity: free. Of a pair
-                                   nobody asked a safe step of: as far as the verdicts show */
+    uint64_t within, undecided;  /* of these: as near as rounding can tell; not decided, and not called free */
+    uint64_t left_out;           /* of these, not told for want of room (most) */
+    double safe_lo, safe_hi;     /* nothing meets before lo; by hi something has for certain. 1 and infinity: free. Of a
+                                    pair     nobody asked a safe step of: as far as the verdicts show */
     const char *name_a, *name_b; /* the same for a body with itself */
     uint32_t features;           /* of this pair in this message */
 } wire_soft_pair;
@@ -108,7 +109,7 @@ typedef struct wire_soft_reader {
     uint32_t pairs, features; /* that are left; of the last pair */
     char names[2][WIRE_NAME_MAX + 1];
 } wire_soft_reader;
-bool wire_soft_read(wire_u8s extensions, wire_soft_reader *out); /* false: there is nothing of soft bodies */
+bool wire_soft_read(wire_u8s extensions, wire_soft_reader *out);    /* false: there is nothing of soft bodies */
 bool wire_soft_next_pair(wire_soft_reader *r, wire_soft_pair *out); /* names are the reader's, until the next pair */
 bool wire_soft_next_feature(wire_soft_reader *r, wire_soft_feature *out);
 
