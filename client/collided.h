@@ -363,11 +363,12 @@ typedef enum collided_fact {
     COLLIDED_TOUCH = 1,
     COLLIDED_DISTANCE = 2,
     COLLIDED_MANIFOLD = 4,
-    COLLIDED_IMPACT = 8,    /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
-    COLLIDED_PREDICT = 16,  /* what will meet within horizon_s, from velocities: published ones, or else those between
-                               the last two stamped poses; whatever the bodies' collided_ccd */
-    COLLIDED_FEATURES = 32, /* of soft bodies: which features meet on the way of each step ... */
-    COLLIDED_SAFE_STEP = 64 /* ... and which share of the way is free for certain (collided_subscribe_soft) */
+    COLLIDED_IMPACT = 8,   /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
+    COLLIDED_PREDICT = 16, /* what will meet within horizon_s, from velocities: published ones, or else those between
+                              the last two stamped poses; whatever the bodies' collided_ccd */
+    COLLIDED_POSES = 64,   /* with others: collided_batch.poses, so that each event can be proven where it is read */
+    COLLIDED_FEATURES = 128, /* of soft bodies: which features meet on the way of each step ... */
+    COLLIDED_SAFE_STEP = 256 /* ... and which share of the way is free for certain (collided_subscribe_soft) */
 } collided_fact;
 
 typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may tell of kinds that are not here: an
@@ -480,6 +481,9 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
                        delivered last is old. Given once; the next batch goes on, or is a snapshot */
     const collided_event *events;
     size_t event_count;
+    const collided_pose *poses; /* two an event, of A's and B's bodies, world: those for which lo, hi, axis and points
+                                   are (of what is predicted, those at impact->lo_s). An orientation of 0 0 0 0: not
+                                   known, as in snapshots. NULL: not asked for with COLLIDED_POSES, or none is known */
 } collided_batch;
 
 /* Receives the batches of a subscription, in order, inside collided_poll and functions that wait. Who polls too rarely
@@ -618,6 +622,92 @@ typedef struct collided_soft_def {
 collided_subscription collided_subscribe_soft(
     collided *c, const collided_subscription_def *def, const collided_soft_def *soft);
 
+/* ---- observing: which bodies there are, what they look like, and where ---- */
+
+/* How a body stands; bits of collided_seen_body.flags. */
+typedef enum collided_seen {   /* numbers as on the wire */
+    COLLIDED_SEEN_STALE = 1,   /* past its deadline: its pairs are unknown, never free */
+    COLLIDED_SEEN_HELD = 2,    /* its client was lost, and it stays: unknown until that is back */
+    COLLIDED_SEEN_PENDING = 4, /* some of its pairs are not decided yet */
+    COLLIDED_SEEN_FIXED = 8,
+    COLLIDED_SEEN_SOFT = 16, /* deformable; no body is, in this release */
+    COLLIDED_SEEN_SWEPT = 32,
+    COLLIDED_SEEN_ONE_WAY = 64
+} collided_seen;
+
+/* A body of anybody's, as whoever observes is told it. */
+typedef struct collided_seen_body {
+    int32_t id; /* the daemon's own; after it was told to be gone, another body may have it */
+    unsigned flags;
+    const char *name, *group, *owner; /* owner: the name of its client */
+    int64_t client;
+    double deadline_s; /* 0 = never stale */
+    collided_pose pose;
+    const collided_shape *shapes; /* hashes of geometries are those of its client: collided_query_geometry */
+    size_t shape_count;
+} collided_seen_body;
+
+/* What has changed since the last call, or all. */
+typedef struct collided_scene {
+    collided_subscription subscription;
+    int64_t epoch, tick, stamp_ns;
+    int64_t revision; /* of the bodies: rises with each change of them */
+    int64_t lost;     /* batches that were lost before this one; then all comes again */
+    bool whole;       /* forget what you knew: all bodies follow, in this call and in those after it */
+    bool closing;     /* nothing more comes */
+    const int32_t *removed;
+    size_t removed_count;
+    const collided_seen_body *bodies; /* new ones, or with new shapes */
+    size_t body_count;
+    const int32_t *ids; /* bodies that have moved, or whose flags have changed; ... */
+    const collided_pose *poses;
+    const unsigned *flags; /* ... of each; arrays of pose_count */
+    size_t pose_count;
+} collided_scene;
+
+/* Is told of a scene, inside collided_poll and functions that wait. What it gets is valid during the call. Who polls
+ * too rarely gets fewer states, each of them new: nothing is kept for him but one. */
+typedef void collided_observed(void *context, const collided_scene *scene);
+
+/* What to look at; begin with collided_observation_def_default. Names are copied. */
+typedef struct collided_observation_def {
+    const char *select; /* bodies, by a pattern as in subscriptions; default "*" */
+    double rate_hz;     /* at most so often; default 30; 0 = each tick */
+    const char *stream; /* as in collided_subscription_def */
+    collided_observed *callback;
+    void *context;
+} collided_observation_def;
+/* The defaults that the members of collided_observation_def name; no callback. Any thread. */
+collided_observation_def collided_observation_def_default(void);
+
+/* Asks to be shown the bodies. First all of them, then what changes; collided_unsubscribe ends it. A daemon that was
+ * built before there were scenes refuses it ("malformed"). COLLIDED_NONE if the definition is wrong. Nobody's pairs are
+ * computed for it, and while nobody observes it costs the daemon nothing. */
+collided_subscription collided_observe(collided *c, const collided_observation_def *def);
+
+/* What a geometry is. */
+typedef enum collided_geometry_kind { /* numbers as on the wire */
+    COLLIDED_GEOMETRY_HULL = 1,
+    COLLIDED_GEOMETRY_MESH,
+    COLLIDED_GEOMETRY_HEIGHT_FIELD
+} collided_geometry_kind;
+
+/* The numbers of a geometry, as its client sent them; freed by collided_geometry_numbers_free. */
+typedef struct collided_geometry_numbers {
+    collided_geometry_kind kind;
+    double *vertices; /* three a point (m); of a height field: spacing along x and y, base, then the heights by rows */
+    size_t vertex_numbers;
+    int32_t *indices; /* three a triangle; of a height field: columns, rows; of a hull none */
+    size_t index_count;
+} collided_geometry_numbers;
+
+/* Asks for the numbers of a geometry. `body` is the name of a body that has it, `geometry` that of one of its shapes.
+ * Waits, and runs callbacks meanwhile. COLLIDED_UNKNOWN_ID if that body has none of that hash (any more). */
+collided_status collided_query_geometry(
+    collided *c, const char *body, collided_geometry geometry, double timeout_s, collided_geometry_numbers *out);
+/* Frees what collided_query_geometry put into it, not the struct. One of zeros may be freed. Any thread. */
+void collided_geometry_numbers_free(collided_geometry_numbers *numbers);
+
 /* ---- queries: they wait for the answer, and run callbacks meanwhile ---- */
 
 /* One body, or one pair, of an answer. */
@@ -675,6 +765,95 @@ collided_status collided_query_bodies(collided *c, const char *pattern, double t
 /* Starts or ends a recording on the daemon. It is in its record_dir, under a plain name without '/'; NULL or "" ends
  * it, which only who began it may. The answer's text tells the path, or why not (COLLIDED_UNSUPPORTED). */
 collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out);
+
+/* ---- checks: a robot's configurations and motions, tried out without moving anything ---- */
+
+typedef enum collided_joint_type { /* numbers as on the wire */
+    COLLIDED_JOINT_FIXED,
+    COLLIDED_JOINT_REVOLUTE,
+    COLLIDED_JOINT_CONTINUOUS, /* turns without limits */
+    COLLIDED_JOINT_PRISMATIC
+} collided_joint_type;
+
+/* A link of a robot, and the joint that moves it, as in URDF. */
+typedef struct collided_joint {
+    int32_t parent; /* index of a link before this one; -1 = the robot's base */
+    collided_joint_type type;
+    collided_pose origin; /* of the joint at value 0, in the parent's frame */
+    double axis[3];       /* that it turns about (rad) or slides along (m), in its own frame; any length but 0 */
+    double lower, upper;  /* rad or m; of fixed and continuous joints not looked at */
+    bool mimics;          /* its value is that of the joint `mimic`, which moves by itself, times factor, plus offset */
+    int32_t mimic;
+    double factor, offset;
+    const char
+        *body; /* the body that is the link: its frame is the link's. Anybody's; NULL or "" = the link has none */
+} collided_joint;
+
+/* A kinematic tree whose links are bodies: their shapes, rules, groups and masks are the robot's. */
+typedef struct collided_robot {
+    const collided_joint *joints; /* 1 to 128, each behind its parent */
+    size_t joint_count;
+    collided_pose base; /* world */
+} collided_robot;
+
+typedef enum collided_verdict { /* numbers as on the wire */
+    COLLIDED_CHECK_FREE,        /* proven: nothing is within the margin, nowhere on the way */
+    COLLIDED_CHECK_MEETS,       /* proven: something is */
+    COLLIDED_CHECK_UNDECIDED, /* neither: the distance is the margin but for rounding, or a body that a link is to keep
+                                 away from is stale or held, and may be anywhere. It is not free */
+    COLLIDED_CHECK_NOT_DONE   /* the time ran out */
+} collided_verdict;
+
+/* Begin with collided_check_options_default. */
+typedef struct collided_check_options {
+    double margin_m;     /* links and what they are to keep away from must be farther apart than this. 0 */
+    double resolution_m; /* an edge is not looked at in finer steps than in which its links move by this. 1e-4 */
+    bool find_first;     /* of an edge that meets something, narrow down where it does so first. true */
+    bool measure;        /* of a configuration, tell the least distance, too. false */
+    double tolerance_m;  /* to which it is measured. 1e-6 */
+} collided_check_options;
+
+typedef struct collided_check_item {
+    collided_verdict verdict;
+    double first_lo, first_hi;   /* of an edge, from 0 to 1: it is free before first_lo, proven. At first_hi it meets
+                                    something, if it is MEETS */
+    double lo, hi;               /* m, measured: the least distance is in [lo, hi]; else -INFINITY and INFINITY */
+    const char *name_a, *name_b; /* who meets, or is in doubt, or is nearest: a link's body, and another link's or an
+                                    obstacle; NULL = nobody */
+} collided_check_item;
+
+typedef struct collided_checked { /* freed by collided_checked_free */
+    collided_check_item *items;
+    size_t count;
+    char *text;          /* what made items undecided, for people; "" = nothing did */
+    int64_t epoch, tick; /* of the daemon: the world as its tick left it, in which the last of them were tried out */
+    char **names;        /* those that items point to */
+    size_t name_count;
+} collided_checked;
+
+collided_check_options collided_check_options_default(void);
+
+/* How many numbers a configuration has: those of the joints that move and mimic no other, in their order. */
+size_t collided_robot_coordinates(const collided_robot *robot);
+
+/* Are these configurations free of everything that the links' bodies are to keep away from, and of each other?
+ * `positions`: count times collided_robot_coordinates numbers, rad or m. Nothing is moved, and no subscriber hears of
+ * it. Obstacles stand as the daemon's last tick left them: where many items take several ticks, not all in the same
+ * one. What is proven holds for the poses, joints and shapes as given, the joints' values read as real numbers. Method:
+ * balls around parts of the links, then exact shapes (daemon/robot/check.h). NULL options = the defaults.
+ * COLLIDED_UNSUPPORTED: the robot or a configuration is refused, collided_error says which (a joint beyond its limits,
+ * no body of that name). COLLIDED_TIMEOUT: the items that are done are told. `out` is to be freed, whatever is
+ * returned. */
+collided_status collided_check_states(collided *c, const collided_robot *robot, const collided_check_options *options,
+    const double *positions, size_t count, double timeout_s, collided_checked *out);
+
+/* The same of straight lines in joint space, from the first to the second of each two configurations: 2 count of them.
+ * The whole line is proven, not samples of it. Values of continuous joints go the way that they are given, not the
+ * shorter one. */
+collided_status collided_check_edges(collided *c, const collided_robot *robot, const collided_check_options *options,
+    const double *positions, size_t count, double timeout_s, collided_checked *out);
+
+void collided_checked_free(collided_checked *checked);
 
 /* ---- the daemon's state ---- */
 

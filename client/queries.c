@@ -2,6 +2,7 @@
  * and the daemon answers again; after a restart of the daemon the new one is asked. The caller's thread. */
 #include "allocate.h"
 #include "message.h"
+#include "observe.h"
 #include "session.h"
 #include "session_run.h"
 
@@ -109,6 +110,10 @@ static collided_status outcome(collided *c, collided_result *out, double timeout
         if (a->status > WIRE_ANSWER_TRUNCATED) /* of a later daemon */
             return session_fail(c, COLLIDED_UNSUPPORTED, "unknown status %u: %s", a->status, a->text);
         fill_result(out, a);
+        if (c->answer_wanted) {
+            *c->answer_wanted = c->answer;
+            c->answer = NULL;
+        }
         return COLLIDED_OK;
     }
     if (c->query_reject) {
@@ -155,6 +160,16 @@ static collided_status ask_into(collided *c, wire_query query, double timeout_s,
     collided_status status = outcome(c, out, timeout_s);
     pthread_mutex_unlock(&c->lock);
     forget_query(c);
+    return status;
+}
+
+collided_status query_answer(collided *c, wire_query query, double timeout_s, wire_message **answer)
+{
+    collided_result unwanted;
+    c->answer_wanted = answer;
+    collided_status status = ask_into(c, query, timeout_s, &unwanted);
+    c->answer_wanted = NULL;
+    collided_result_free(&unwanted);
     return status;
 }
 

@@ -49,6 +49,8 @@ typedef struct subscription_record {
     bool forgotten; /* under lock: its removal is settled, the record can be freed */
     char *stream;
     collided_events *callback;
+    collided_observed *observed; /* instead of it, of a scene */
+    bool has_poses;              /* asked for with events */
     void *context;
     collided_soft_steps_told *soft_callback; /* NULL: none */
     void *soft_context;
@@ -83,6 +85,8 @@ typedef struct subscription_record {
     size_t part_count, part_capacity;
     struct subscription_record *next;
 } subscription_record;
+
+typedef struct scene_room scene_room;
 
 typedef struct session_counters { /* under lock; shown beside the daemon's own in collided_get_status */
     int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, unknown_events, stalls,
@@ -165,6 +169,7 @@ struct collided {
     uint8_t step_lacks_why; /* ... and why the first of them was */
     int64_t simulation_ns;  /* told with poses; 0 = not given */
     wire_message *answer;
+    wire_message **answer_wanted; /* who asks takes it as it is; NULL: nobody */
     collided_rejected *on_rejected;
     void *on_rejected_context;
     wire_message *status_shown;
@@ -176,8 +181,11 @@ struct collided {
     collided_impact *impacts;
     size_t impact_capacity;
     struct soft_gathered *soft; /* soft.c */
+    scene_room *scene; /* what is handed to those who observe; NULL: nobody has */
     char error[SESSION_ERROR_MAX];
 };
+
+void scene_room_free(scene_room *r); /* observe.c */
 
 int64_t session_monotonic_ns(void);
 int64_t session_now_ns(void);            /* the wall clock, for stamps */

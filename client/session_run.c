@@ -225,6 +225,7 @@ static void free_client(collided *c)
     free(c->points);
     free(c->impacts);
     soft_gathered_free(c->soft);
+    scene_room_free(c->scene);
     loop_end(c);
     if (c->keeper_wake >= 0) close(c->keeper_wake);
     if (c->caller_wake >= 0) close(c->caller_wake);

@@ -9,6 +9,7 @@
 #include "allocate.h"
 #include "announce.h"
 #include "message.h"
+#include "observe.h"
 #include "session.h"
 #include "session_run.h"
 
@@ -157,6 +158,11 @@ static size_t gather(collided *c, const wire_message *const *parts, size_t part_
 static void deliver(collided *c, subscription_record *i, const wire_message *const *parts, size_t part_count)
 {
     const wire_event_batch *b = &parts[part_count - 1]->event_batch;
+    if (i->observed) {
+        i->reported_epoch = b->epoch;
+        observe_deliver(c, i, b);
+        return;
+    }
     size_t count = gather(c, parts, part_count);
     const collided_batch batch = {.subscription = {i->id},
         .stream = b->stream,
@@ -178,7 +184,8 @@ static void deliver(collided *c, subscription_record *i, const wire_message *con
         .lost = i->lost,
         .behind = parts[0]->event_batch.behind,
         .event_count = count,
-        .events = c->events};
+        .events = c->events,
+        .poses = i->has_poses ? observe_event_poses(c, parts, part_count) : NULL};
     i->lost = 0;
     i->reported_epoch = b->epoch;
     step_answered(c, i, b);
@@ -276,6 +283,7 @@ static void take_in_order(collided *c, subscription_record *i, const wire_event_
 static void notify_starved(collided *c, subscription_record *i)
 {
     i->starved = true;
+    if (i->observed) return;
     const collided_batch notice = {.subscription = {i->id},
         .stream = i->stream,
         .epoch = i->epoch,

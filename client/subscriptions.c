@@ -58,7 +58,7 @@ static subscription_record *add_subscription_record(
     return i;
 }
 
-collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
+static collided_subscription subscribe(collided *c, const collided_subscription_def *def, collided_observed *observed)
 {
     return collided_subscribe_soft(c, def, NULL);
 }
@@ -81,11 +81,11 @@ collided_subscription collided_subscribe_soft(
     pthread_mutex_lock(&c->lock);
     wire_message m = subscription_message(c, c->next_subscription, stream, def, extensions);
     wire_refusal why;
-    bool fits = wire_check(&m, &why) == WIRE_OK && def->callback;
+    bool fits = wire_check(&m, &why) == WIRE_OK && (def->callback || observed);
     pthread_mutex_unlock(&c->lock);
     if (!fits) {
         (void)session_fail(
-            c, COLLIDED_BAD_ARGUMENT, "subscription: %s", def->callback ? why.text : "callback is needed");
+            c, COLLIDED_BAD_ARGUMENT, "subscription: %s", def->callback || observed ? why.text : "callback is needed");
         return none;
     }
     if (c->link->ops->stream_open(c->link, stream)) {
@@ -93,10 +93,32 @@ collided_subscription collided_subscribe_soft(
         return none;
     }
     subscription_record *i = add_subscription_record(c, stream, def, soft);
+    i->observed = observed;
+    i->has_poses = def->facts & COLLIDED_POSES;
     pthread_mutex_lock(&c->lock);
     announce(c, &i->announced, message_copy(&m));
     pthread_mutex_unlock(&c->lock);
     return (collided_subscription){i->id};
+}
+
+collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
+{
+    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL);
+    (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "subscription: scenes are for collided_observe");
+    return (collided_subscription){COLLIDED_NONE};
+}
+
+collided_subscription collided_observe(collided *c, const collided_observation_def *def)
+{
+    collided_subscription_def whole = collided_subscription_def_default();
+    whole.facts = WIRE_FACT_SCENE;
+    whole.select_a = def->select ? def->select : "*";
+    whole.stream = def->stream;
+    whole.rate_hz = def->rate_hz;
+    whole.context = def->context;
+    if (def->callback) return subscribe(c, &whole, def->callback);
+    (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "observation: callback is needed");
+    return (collided_subscription){COLLIDED_NONE};
 }
 
 collided_status collided_unsubscribe(collided *c, collided_subscription subscription)

@@ -14,11 +14,15 @@ packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cy
     iproute2 util-linux python3)
 # What the Python package is built from, and needs.
 packages_python=(python3-cffi python3-dev python3-numpy python3-setuptools python3-wheel)
+# What the page of collided-web is built with. An installed node, of whatever origin, has npm, or brings it.
+packages_web=(clang-14 lld-14 wasi-libc libclang-rt-dev-wasm32)
+command -v node >/dev/null || packages_web+=(nodejs)
+command -v npm >/dev/null || packages_web+=(npm)
 # What the tests and benchmarks need beside it.
 packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps man-db groff bsdextrautils bash-completion systemd lintian debootstrap dpkg-dev binutils file
     iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox libfastrtps-dev gcc-aarch64-linux-gnu libc6-dev-arm64-cross
-    qemu-user-static docker-compose locales abigail-tools "${packages_python[@]}" mypy)
+    qemu-user-static docker-compose locales abigail-tools "${packages_python[@]}" mypy "${packages_web[@]}" chromium)
 
 # quietly WHAT COMMAND...: the command's output is shown only if it fails.
 quietly() {

@@ -64,6 +64,8 @@ run_night() { # run_night LIMIT
     fi
     build_for_night fuzz "" -DCOLLIDED_FUZZ_SECONDS=15 >/dev/null 2>&1 || true # as script/test has it
 
+    ready "benchmarks: no row 10 % slower than at the commit of tests/bench/baseline.json" script/bench --compare --name || true
+
     printf '%s\n' $unsteady | sort -u | sed "/^$/d; s/^/$(date +%F) /" >>"$nights/unsteady"
     script/night_page --nights "$nights" --limit "$limit" --broken "$broken" "${results[@]}" >"$tonight/page.txt" || held=1
     cat "$tonight/page.txt"

@@ -1,24 +1,11 @@
 /* verb_joints: forward kinematics of a robot that an earlier run loaded; all its links move in one message. */
-#include "loaders/robot.h"
 #include "loaders/text.h"
-#include "store.h"
+#include "recall.h"
 #include "store_file.h"
 #include "verbs.h"
 
 #include <string.h>
 #include <sysexits.h>
-
-static bool recall(ctl *c, const store_robot *from, const robot_source *source, robot *out, double **values)
-{
-    if (!robot_load(out, &c->pool, source, &c->report)) return false;
-    *values = pool_alloc(&c->pool, (size_t)out->model.joint_count, sizeof **values);
-    robot_default_values(out, *values);
-    for (size_t i = 0; i < from->joint_count; i++) {
-        int joint = urdf_find_joint(&out->model, from->joints[i]);
-        if (joint >= 0) (*values)[joint] = from->values[i];
-    }
-    return true;
-}
 
 static bool change(ctl *c, const robot *r, double *values)
 {
@@ -69,19 +56,13 @@ static int confirm_robot(ctl *c, const robot *r)
 
 static int set_joints(ctl *c, store *s)
 {
-    store_robot *of = store_find_robot(s, c->arguments[0]);
-    if (!of)
-        return ctl_fail(EX_DATAERR, "joints: no robot '%s' was loaded as '%s': load its URDF first", c->arguments[0],
-            c->options.as);
-    robot_source source = {.urdf = of->urdf,
-        .srdf = *of->srdf ? of->srdf : NULL,
-        .prefix = of->prefix,
-        .packages = of->packages,
-        .package_count = of->package_count};
+    store_robot *of;
     robot r;
     double *values;
-    if (!recall(c, of, &source, &r, &values) || !change(c, &r, values)) return ctl_fail_loading(c);
-    int status = ctl_connect_owner(c);
+    int status = recall_robot(c, s, "joints", c->arguments[0], &of, &r, &values);
+    if (status) return status;
+    if (!change(c, &r, values)) return ctl_fail_loading(c);
+    status = ctl_connect_owner(c);
     if (!status) status = publish_links(c, s, &r, of, values);
     if (!status) status = confirm_robot(c, &r);
     if (status) return status;

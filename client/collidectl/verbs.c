@@ -31,6 +31,12 @@ const ctl_verb ctl_verbs[] = {
         "Velocities tell what it does from here on, for what is predicted.\n"},
     {"joints", "ROBOT [NAME=VALUE...]", 1, INT_MAX, verb_joints, "Moves the joints of a loaded robot",
         "rad or m. Joints that are not named keep their values. All links move in one message.\n"},
+    {"check", "ROBOT CONFIGURATION...", 2, INT_MAX, verb_check,
+        "Tries out configurations of a loaded robot, and motions",
+        "A configuration is a state of the SRDF, NAME=VALUE,..., or now; joints that it does not name keep their\n"
+        "values from the one before. One configuration: is it free, and how far is the nearest? Several: is the\n"
+        "straight way in joint space free, from each to the next? Free and meets are proven, for the whole way.\n"
+        "Nothing moves. Exit status 0 only if all is free.\n"},
     {"watch", "", 0, 0, verb_watch, "Prints contacts, distances, impacts and what is predicted",
         "Contacts begin, go on (update) and end; what is within --range is near, and then far; what is past\n"
         "its deadline is unknown, and then known. impact: they met on their way from one pose to the next,\n"

@@ -11,6 +11,7 @@ int verb_fit(ctl *c);
 int verb_remove(ctl *c);
 int verb_move(ctl *c);
 int verb_joints(ctl *c);
+int verb_check(ctl *c);
 int verb_watch(ctl *c);
 int verb_query(ctl *c);
 const char *verb_query_kind(size_t i); /* what can be asked, for the completion; NULL ends them */

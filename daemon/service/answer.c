@@ -1,6 +1,8 @@
 /* answer: queries of clients, answered from the world as the last tick left it. A query that comes twice is answered
  * twice. Tick thread. */
+#include "answer_checks.h"
 #include "commands.h"
+#include "geometries.h"
 #include "recordings.h"
 #include "service.h"
 
@@ -107,7 +109,7 @@ static void send_hits(reply *r, const world_hits *hits, uint32_t n, const wire_q
 /* ---- patience ---- */
 
 /* How long a search may hold the tick, of this thread's own time; names are gone through without long steps. */
-static const int64_t SEARCH_NS = 20000000, NAMES_NS = 40000000;
+static const int64_t SEARCH_NS = 20000000, NAMES_NS = 40000000, CHECKS_NS = 5000000;
 
 typedef struct patience {
     int64_t monotonic_ns; /* before then it cannot have had that much */
@@ -116,7 +118,7 @@ typedef struct patience {
 
 static patience patience_for(const wire_query *q)
 {
-    int64_t ns = q->kind == WIRE_QUERY_BODIES ? NAMES_NS : SEARCH_NS;
+    int64_t ns = q->kind == WIRE_QUERY_BODIES ? NAMES_NS : q->kind == WIRE_QUERY_CHECK ? CHECKS_NS : SEARCH_NS;
     return (patience){clock_monotonic_ns() + ns, clock_thread_ns() + ns};
 }
 
@@ -257,6 +259,70 @@ static void record(reply *r, const wire_query *q)
     }
 }
 
+static const owned_body *body_named(const service *s, const char *name)
+{
+    uint32_t id = world_find_body(s->world, name);
+    for (size_t i = 0; id != WORLD_NONE && i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        for (size_t k = 0; k < c->bodies.count; k++)
+            if (c->bodies.at[k].world_id == id) return &c->bodies.at[k];
+    }
+    return NULL;
+}
+
+/* A piece of a geometry, by the body that has it and by the hash under which its client sent it: as a record. */
+static void send_geometry(reply *r, const wire_query *q)
+{
+    service *s = r->s;
+    char *end;
+    int64_t hash = (int64_t)strtoull(q->name_b, &end, 16);
+    const owned_body *b = body_named(s, q->name_a);
+    const geometry *g = NULL;
+    for (size_t i = 0; b && i < b->geometries.count && !g; i++) {
+        const geometry *at = geometry_at(s, b->geometries.at[i]);
+        if (at && at->hash == hash) g = at;
+    }
+    if (!b || !g || *end || !*q->name_b || !g->vertices) {
+        fail_query(r, WIRE_ANSWER_UNKNOWN_NAME, "\"%.127s\" has no geometry \"%.64s\"", q->name_a, q->name_b);
+        return;
+    }
+    if (q->most >= g->pieces) {
+        fail_query(r, WIRE_ANSWER_UNKNOWN_NAME, "most: it has %d pieces, from 0 on", g->pieces);
+        return;
+    }
+    geometry_share share = geometry_share_of(g, q->most);
+    const uint32_t octets = (uint32_t)(1 + 8 + 4 * 4 + 8 * share.vertices + 4 * share.indices);
+    const int32_t counts[4] = {(int32_t)g->vertex_numbers, (int32_t)g->index_numbers, q->most, g->pieces};
+    const uint32_t head[2] = {WIRE_EXTENSION_GEOMETRY, octets};
+    bytes_out out = {0};
+    bytes_put(&out, head, sizeof head);
+    bytes_put(&out, &g->kind, 1);
+    bytes_put(&out, &g->hash, sizeof g->hash);
+    bytes_put(&out, counts, sizeof counts);
+    bytes_put(&out, g->vertices + share.first_vertex, share.vertices * sizeof *g->vertices);
+    bytes_put(&out, g->indices + share.first_index, share.indices * sizeof *g->indices);
+    r->answer.extensions = (wire_u8s){(uint32_t)out.count, out.at};
+    send(r);
+    array_free(&out);
+}
+
+static void send_checks(reply *r, const wire_query *q, patience *p)
+{
+    check_answer_record done;
+    world_check_patience patient = {has_patience, p};
+    if (!answer_checks(r->s, q, &patient, &done, r->text, sizeof r->text)) {
+        r->answer.status = WIRE_ANSWER_UNSUPPORTED;
+        send(r);
+        return;
+    }
+    r->answer.extensions = (wire_u8s){(uint32_t)done.record.count, done.record.at};
+    r->answer.names_a = (wire_strings){done.name_count, done.names};
+    if (done.cut) metric_count(r->s->count.queries_cut, 1);
+    send(r);
+    array_free(&done.record);
+    free(done.names);
+}
+
 void answer_owed(service *s)
 {
     record_reply *owed = &s->record_reply;
@@ -312,6 +378,12 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         if (!two_bodies(&r, q, &a, &b)) return;
         world_explain_within(s->world, a, b, s->now_ns, &hits, r.text, sizeof r.text);
         send(&r);
+        return;
+    case WIRE_QUERY_GEOMETRY:
+        send_geometry(&r, q);
+        return;
+    case WIRE_QUERY_CHECK:
+        send_checks(&r, q, &p);
         return;
     case WIRE_QUERY_RECORD:
         if (was_carried_out(&r, q)) return;

@@ -256,9 +256,10 @@ static wire_reason put_subscription(service *s, session *c, const wire_subscript
     if (is_new && apply_limit(s, world_get_figures(s->world).subscriptions, s->config.max_subscriptions,
                       "max_subscriptions", why))
         return why->reason;
-    world_subscription def = {.facts = (unsigned)m->facts,
-        .select_a = m->select_a,
-        .select_b = m->select_b,
+    bool scene = m->facts & WIRE_FACT_SCENE; /* which the service tells: of pairs it wants nothing */
+    world_subscription def = {.facts = scene ? WORLD_TOUCH : (unsigned)m->facts & ~(unsigned)WIRE_FACT_POSES,
+        .select_a = scene ? SCENE_NO_BODY : m->select_a,
+        .select_b = scene ? SCENE_NO_BODY : m->select_b,
         .threshold = m->threshold_m,
         .range = m->range_m,
         .hysteresis = m->hysteresis_m,

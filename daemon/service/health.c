@@ -44,6 +44,8 @@ void health_register(service *s)
     s->count.queries_cut = metrics_add(m, "queries_cut", "queries given up, since they held the tick for too long");
     s->count.incomplete_frames =
         metrics_add(m, "incomplete_frames", "frames of vertices of which parts did not come: dropped");
+    s->count.scene_batches = metrics_add(m, "scene_batches", "batches about scenes: bodies, and where they are");
+    s->count.scene_poses = metrics_add(m, "scene_poses", "poses in them");
     s->count.unknown_extensions =
         metrics_add(m, "unknown_extensions", "extensions of messages that this release does not know: passed over");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
@@ -137,7 +139,6 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "soft_steps", (int64_t)f.soft_steps);
     sheet_add(t, "frames_skipped", (int64_t)f.frames_skipped);
     sheet_add(t, "soft_unfinished", (int64_t)f.soft_unfinished);
-    for (int id = WIRE_SOFT_FRAME; id <= WIRE_SOFT_STEP; id++) sheet_add_named(t, 1, "extension_%d", id);
     sheet_add(t, "work", (int64_t)f.work);
     sheet_add(t, "undone", (int64_t)f.undone);
     sheet_add(t, "unbounded", (int64_t)f.unbounded);

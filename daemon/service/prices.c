@@ -9,6 +9,7 @@ static const double A_NUMBER = 0.006; /* of a geometry: copied into memory that 
 static const double A_POSE = 0.1;
 static const double A_POINT = 2, A_TRIANGLE = 1.5, A_HEIGHT = 4; /* of what is built: hull, mesh, height field */
 static const double A_QUERY = 20, A_BODY_NAMED = 0.05, A_BODY_LOOKED_THROUGH = 0.02, A_HIT = 1;
+static const double AN_OCTET_CHECKED = 0.05; /* of configurations */
 
 static price of_geometry(const wire_geometry *m)
 {
@@ -37,6 +38,7 @@ static price of_query(const wire_query *m, double bodies)
         cost += A_BODY_LOOKED_THROUGH * bodies;
     if (m->kind == WIRE_QUERY_NEAREST)
         cost += A_HIT * (m->most > 0 && m->most < WIRE_ANSWERS_MAX ? (double)m->most : (double)WIRE_ANSWERS_MAX);
+    if (m->kind == WIRE_QUERY_CHECK) cost += A_BODY_LOOKED_THROUGH * bodies + AN_OCTET_CHECKED * m->extensions.count;
     return (price){cost, cost};
 }
 

@@ -1,5 +1,6 @@
 /* record_state: the world as messages: what clients have announced and not taken back, with the newest poses. A
  * recording that begins in the middle begins with it. Tick thread. */
+#include "body_message.h"
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
@@ -7,8 +8,6 @@
 #include "service.h"
 
 #include "base/clock.h"
-#include "geom/compound.h"
-#include "geom/mesh.h"
 
 #include <stdlib.h>
 
@@ -44,87 +43,6 @@ static void report_taken_back(service *s, const geometry_claim *c)
             .hash = c->hash,
             .pieces = 1}};
     record_message(s, &m);
-}
-
-static void pose_numbers(double at[7], pose p)
-{
-    const double numbers[7] = {p.p.x, p.p.y, p.p.z, p.q.w, p.q.x, p.q.y, p.q.z};
-    for (int i = 0; i < 7; i++) at[i] = numbers[i];
-}
-
-typedef struct columns { /* of the shapes and rules of one body */
-    uint8_t types[WIRE_SHAPES_MAX], actions[WIRE_RULES_MAX];
-    double sizes[3 * WIRE_SHAPES_MAX], radii[WIRE_SHAPES_MAX], deviations[WIRE_SHAPES_MAX], poses[7 * WIRE_SHAPES_MAX],
-        pose[7];
-    double paddings[WIRE_RULES_MAX], margins[WIRE_RULES_MAX];
-    int64_t geometries[WIRE_SHAPES_MAX];
-    const char *patterns[WIRE_RULES_MAX], *reasons[WIRE_RULES_MAX];
-    world_shape shapes[WIRE_SHAPES_MAX];
-} columns;
-
-static uint8_t wire_type_of(const shape *s)
-{
-    bool field = s->type == SHAPE_MESH && s->mesh->rows;
-    return field ? WIRE_SHAPE_HEIGHT_FIELD : (uint8_t)s->type;
-}
-
-typedef struct shape_writer {
-    columns *c;
-    const service *s;
-    const owned_body *b;
-    uint32_t count;
-    size_t lent; /* of the body's geometries */
-} shape_writer;
-
-static void put_shape(shape_writer *w, const shape *s, pose local)
-{
-    uint32_t i = w->count++;
-    columns *c = w->c;
-    bool lent = s->type == SHAPE_HULL || s->type == SHAPE_MESH || s->type == SHAPE_SOFT,
-         whole = s->type == SHAPE_COMPOUND;
-    c->types[i] = wire_type_of(s);
-    c->sizes[3 * i] = whole ? s->compound->child_count : s->half.x;
-    c->sizes[3 * i + 1] = s->half.y;
-    c->sizes[3 * i + 2] = s->half.z;
-    c->radii[i] = s->radius;
-    c->deviations[i] = s->deviation;
-    pose_numbers(c->poses + 7 * (size_t)i, local);
-    c->geometries[i] = lent ? geometry_at(w->s, w->b->geometries.at[w->lent++])->hash : 0;
-}
-
-static void fill_shapes(const service *of, columns *c, const world_body *def, const owned_body *b, wire_body *m)
-{
-    shape_writer w = {c, of, b, 0, 0};
-    for (size_t i = 0; i < def->shape_count; i++) {
-        const shape *s = &c->shapes[i].shape;
-        put_shape(&w, s, c->shapes[i].local);
-        for (uint32_t k = 0; s->type == SHAPE_COMPOUND && k < s->compound->child_count; k++)
-            put_shape(&w, &s->compound->children[k].shape, s->compound->children[k].local);
-    }
-    uint32_t n = w.count;
-    m->shape_types = (wire_u8s){n, c->types};
-    m->shape_sizes = (wire_f64s){3 * n, c->sizes};
-    m->shape_radii = (wire_f64s){n, c->radii};
-    m->shape_deviations = (wire_f64s){n, c->deviations};
-    m->shape_poses = (wire_f64s){7 * n, c->poses};
-    m->shape_geometries = (wire_i64s){n, c->geometries};
-}
-
-static void fill_rules(columns *c, const world_body *def, wire_body *m)
-{
-    uint32_t n = (uint32_t)def->rule_count;
-    for (uint32_t i = 0; i < n; i++) {
-        c->patterns[i] = def->rules[i].pattern;
-        c->actions[i] = def->rules[i].allow ? WIRE_RULE_ALLOW : WIRE_RULE_CHECK;
-        c->reasons[i] = def->rules[i].reason;
-        c->paddings[i] = def->rules[i].padding;
-        c->margins[i] = def->rules[i].margin;
-    }
-    m->rule_patterns = (wire_strings){n, c->patterns};
-    m->rule_actions = (wire_u8s){n, c->actions};
-    m->rule_reasons = (wire_strings){n, c->reasons};
-    m->rule_paddings = (wire_f64s){n, c->paddings};
-    m->rule_margins = (wire_f64s){n, c->margins};
 }
 
 /* Late copies of what was before do not bring it back, here as there. */
@@ -172,32 +90,12 @@ static void report_pose(service *s, session *c, const owned_body *b, const world
     if (sequence > b->sequence && sequence != STEP_IN_ITS_NAME) record_message(s, &m);
 }
 
-static void report_body(service *s, session *c, const owned_body *b, columns *scratch)
+static void report_body(service *s, session *c, const owned_body *b, body_columns *scratch)
 {
     world_body def;
     if (b->world_id == WORLD_NONE) report_removed_body(s, c, b);
     if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
-    pose_numbers(scratch->pose, def.pose);
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = c->client,
-            .sequence = b->sequence,
-            .body = b->number,
-            .motion = def.fixed ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING,
-            .name = def.name,
-            .group = def.group,
-            .category = (int64_t)def.category,
-            .mask = (int64_t)def.mask,
-            .one_way = def.one_way,
-            .ccd = (uint8_t)def.ccd,
-            .acceleration_m_s2 = def.acceleration,
-            .angular_acceleration_rad_s2 = def.angular_acceleration,
-            .deadline_ns = def.deadline_ns,
-            .stamp_ns = def.stamp_ns,
-            .stamp_is_now = def.stamp_is_now,
-            .pose = {7, scratch->pose}}};
-    fill_shapes(s, scratch, &def, b, &m.body);
-    fill_rules(scratch, &def, &m.body);
+    wire_message m = body_message_of(s, c->client, b, &def, scratch);
     record_message(s, &m);
     report_pose(s, c, b, &def, scratch->pose);
 }
@@ -207,15 +105,16 @@ static void report_subscription(service *s, const session *c, const owned_subscr
     world_subscription def;
     if (!i->live) report_removed_subscription(s, c, i);
     if (!i->live || world_get_subscription(s->world, i->world_id, &def) != WORLD_OK) return;
+    const stream *to = &s->streams.at[i->world_id];
     wire_message m = {.kind = WIRE_SUBSCRIPTION,
         .subscription = {.version = WIRE_VERSION,
             .client = c->client,
             .sequence = i->sequence,
             .subscription = i->number,
-            .facts = (int32_t)def.facts,
-            .stream = s->streams.at[i->world_id].name,
-            .select_a = def.select_a,
-            .select_b = def.select_b,
+            .facts = to->scene ? WIRE_FACT_SCENE : (int32_t)def.facts | (to->tells_poses ? WIRE_FACT_POSES : 0),
+            .stream = to->name,
+            .select_a = to->scene ? to->scene_select : def.select_a,
+            .select_b = to->scene ? "*" : def.select_b,
             .threshold_m = def.threshold,
             .range_m = def.range,
             .tolerance_m = def.tolerance,
@@ -371,7 +270,7 @@ static void report_rest(service *s, session *c)
 }
 
 /* Bodies stay in their places, those that have come meanwhile are recorded already. True: all of it was reported. */
-static bool report_client(service *s, session *c, columns *scratch, int64_t until_ns)
+static bool report_client(service *s, session *c, body_columns *scratch, int64_t until_ns)
 {
     enum { AT_ONCE = 64 };
     record_telling *t = &s->record_telling;
@@ -390,7 +289,7 @@ static bool report_client(service *s, session *c, columns *scratch, int64_t unti
 static void report_clients(service *s, int64_t until_ns)
 {
     record_telling *t = &s->record_telling;
-    columns *scratch = base_alloc(1, sizeof *scratch);
+    body_columns *scratch = base_alloc(1, sizeof *scratch);
     while (s->recording && t->next < t->clients.count) {
         session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
         if (c && !report_client(s, c, scratch, until_ns)) break;

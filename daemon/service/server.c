@@ -446,7 +446,7 @@ static int64_t next_wake_ns(const server *v)
     const service *s = &v->s;
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
-    next = earlier(next, s->next_watch_ns);
+    next = earlier(next, earlier(s->next_watch_ns, scene_next_ns(s)));
     next = earlier(next, earlier(ready_next_ns(s), earlier(shares_next_ns(s), record_next_ns(s))));
     next = earlier(next, pending_next_ns(s));
     if (s->standby) next = earlier(next, standby_next_ns(s));
@@ -548,6 +548,7 @@ static void work(server *v, int64_t began_ns)
     tick_if_due(v, began_ns);
     stream_heartbeats(s);
     backlog_watch(s);
+    scene_watch(s);
     memory_trim(s);
     s->status_due |= !s->whole && ready_check(s);
 }

@@ -49,7 +49,9 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *memory_refused, *suspects_refused;
     metric *batches_skipped;
     metric *queries_cut;
-    metric *unknown_extensions, *incomplete_frames;
+    metric *unknown_extensions;
+    metric *scene_batches, *scene_poses;
+    metric *incomplete_frames;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
@@ -84,6 +86,10 @@ typedef struct service {
     int64_t last_batch;        /* the highest number in streams that have ended */
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
     int64_t next_watch_ns;     /* of what waits on streams, monotonic; INT64_MAX: nothing does */
+    size_t scenes;             /* streams of scenes: what they have is told by scene.c */
+    int64_t next_scene_ns;     /* when one of them may be told more, monotonic */
+    int64_t scene_tick;        /* the tick as of which that was found out ... */
+    bool scene_behind;         /* ... and somebody was not told then what it brought */
     size_t streams_behind, streams_starving;
     char starving[384]; /* the first stream that starves, for people; "" = none does */
     size_t clients_unheard;

@@ -170,6 +170,7 @@ static void put_stream(const service *s, const stream *at, bytes_out *to)
     stream bare = *at;
     bare.name = NULL;
     bare.link = NULL;
+    bare.view = NULL;
     bare.backlog = (backlog){.anew = false}; /* whose reader will say what it lacks */
     bytes_put(to, &bare, sizeof bare);
     if (!at->live) return;
@@ -185,6 +186,7 @@ static const char *get_stream(service *s, bytes_in *from)
     bytes_get(from, &at, sizeof at);
     at.name = NULL;
     at.link = NULL;
+    at.view = NULL;
     if (at.live) {
         const char *name = bytes_get_text(from);
         bytes_get(from, &link, sizeof link);
@@ -194,6 +196,7 @@ static const char *get_stream(service *s, bytes_in *from)
         at.link->ops->stream_open(at.link, at.name);
     }
     array_push(&s->streams, at);
+    s->scenes += at.live && at.scene;
     if (at.live) stream_names_add(s, (uint32_t)(s->streams.count - 1));
     return from->broken ? "a stream is cut off" : NULL;
 }

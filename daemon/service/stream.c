@@ -4,6 +4,7 @@
 #include "standby.h"
 #include "streams.h"
 #include "vertices.h"
+#include "wire/wire_extensions.h"
 
 #include <assert.h>
 #include <inttypes.h>
@@ -27,6 +28,7 @@ static void open_at(service *s, session *c, const wire_subscription *m, uint32_t
         .subscription = m->subscription,
         .link = c->link,
         .each_tick = m->rate_hz == 0};
+    scene_subscribed(s, &s->streams.at[world_id], m);
     stream_names_add(s, world_id);
     c->link->ops->stream_open(c->link, name);
 }
@@ -56,6 +58,7 @@ void stream_open(service *s, session *c, const wire_subscription *m, uint32_t wo
     name_of_stream(c, m, name);
     stream *old = world_id < s->streams.count && s->streams.at[world_id].live ? &s->streams.at[world_id] : NULL;
     if (old) old->each_tick = m->rate_hz == 0;
+    if (old) scene_subscribed(s, old, m);
     if (old && old->link == c->link && strcmp(old->name, name) == 0) {
         if (!old->read) old->link->ops->stream_open(old->link, name); /* asked again: is somebody there after all? */
         return;
@@ -82,6 +85,8 @@ void stream_close(service *s, uint32_t world_id)
     stream_names_drop(s, world_id);
     s->streams.at[world_id] = (stream){.live = false};
     backlog_free(&at.backlog);
+    scene_free(at.view);
+    s->scenes -= at.scene;
     if (at.batch > s->last_batch) s->last_batch = at.batch;
     const stream *heir = stream_named(s, at.name);
     if (!heir || heir->link != at.link) at.link->ops->stream_close(at.link, at.name);
@@ -126,6 +131,7 @@ typedef struct part {
     double closings[EVENTS_A_PART], impact_times[2 * EVENTS_A_PART], impact_poses[14 * EVENTS_A_PART];
     int64_t impact_starts[EVENTS_A_PART];
     uint8_t impact_estimated[EVENTS_A_PART], achieved[EVENTS_A_PART];
+    uint8_t poses[WIRE_EXTENSION_HEAD + 14 * sizeof(double) * EVENTS_A_PART];
 } part;
 
 static void put_vec(double *at, vec3 v)
@@ -214,6 +220,27 @@ static void fill_part(part *p, const world_event *events, uint32_t n, wire_event
     m->impact_starts_ns = (wire_i64s){impacts, p->impact_starts};
     m->impact_poses = (wire_f64s){14 * impacts, p->impact_poses};
     m->impact_estimated = (wire_u8s){impacts, p->impact_estimated};
+}
+
+static bool is_pose(pose p)
+{
+    return p.q.w != 0 || p.q.x != 0 || p.q.y != 0 || p.q.z != 0;
+}
+
+/* The poses that each event is proven for, as a record: 14 numbers an event, little-endian as this machine is. */
+static void put_poses(part *p, const world_event *events, uint32_t n, wire_event_batch *m)
+{
+    const uint32_t head[2] = {WIRE_EXTENSION_POSES, (uint32_t)(14 * sizeof(double) * n)};
+    memcpy(p->poses, head, sizeof head);
+    for (uint32_t i = 0; i < n; i++) {
+        const world_event *e = &events[i];
+        bool met = e->kind == EVENT_IMPACT || e->kind == EVENT_PREDICTED, known = met || is_pose(e->pose_a);
+        double poses[14] = {0};
+        if (known) copy_pose(poses, met ? e->impact.pose_a : e->pose_a);
+        if (known) copy_pose(poses + 7, met ? e->impact.pose_b : e->pose_b);
+        memcpy(p->poses + sizeof head + i * sizeof poses, poses, sizeof poses);
+    }
+    m->extensions = (wire_u8s){WIRE_EXTENSION_HEAD + head[1], p->poses};
 }
 
 static double age_of(const world_event *e)
@@ -318,6 +345,7 @@ static wire_message part_of(service *s, const stream *to, const world_batch *b, 
     m.event_batch.parts = parts_of(b);
     fill_part(s->part, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
     if (i >= events && b->soft_count) m.event_batch.extensions = vertices_part(s, b, i - events);
+    if (to->tells_poses && n) put_poses(s->part, b->events + first, (uint32_t)n, &m.event_batch);
     return m;
 }
 
@@ -382,6 +410,27 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
     backlog_send(s, to);
 }
 
+bool stream_tell(service *s, stream *to, wire_u8s extensions)
+{
+    const world_batch b = {.subscription = (uint32_t)(to - s->streams.at)};
+    bool passes = backlog_is_passed(s, to, &b, 1), kept = passes || backlog_begin(s, to, &b);
+    to->batch++;
+    to->batch_tick = s->tick;
+    wire_message m = message_for(s, to);
+    m.event_batch.extensions = extensions;
+    if (passes)
+        to->link->ops->publish(to->link, &m);
+    else if (kept)
+        backlog_put(to, &m);
+    else
+        backlog_skip(s, to, 1);
+    if (!passes) backlog_send(s, to);
+    to->reported_ns = s->monotonic_ns;
+    expect_heartbeat(s, to);
+    metric_count(s->count.batches_out, 1);
+    return kept;
+}
+
 /* Numbers go on above those of all streams that have ended: one of the same name, of a client that was lost and is
  * back, may be told of to somebody who knows the old one and has heard neither its end nor the new one's beginning. A
  * snapshot is no batch, and has the number of the one that it follows: numbers do not depend on who asks for one. */
@@ -395,6 +444,7 @@ static void publish(service *s, stream *to, const world_batch *b)
         send_or_keep(s, to, b);
     measure(s, b);
     to->reported = true;
+    if (b->snapshot && !b->more) scene_read_anew(to);
     if (!b->snapshot) to->batch_tick = s->tick;
     expect_heartbeat(s, to);
     metric_count(s->count.events_out, b->count);

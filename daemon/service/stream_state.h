@@ -54,6 +54,11 @@ typedef struct stream {
     uint64_t work;       /* units of the world's, told in Status so far */
     uint64_t events;     /* reported on it */
     int64_t recorded;    /* the number of its last batch in a recording */
+    bool tells_poses;    /* with each event those that it is proven for */
+    bool scene;          /* no events, but the bodies that match this pattern, and their poses: see scene.c; ... */
+    char scene_select[WIRE_NAME_MAX + 1];
+    int64_t scene_period_ns; /* ... at most so often ... */
+    struct scene_view *view; /* ... and what its reader knows of them; NULL: nothing */
     backlog backlog;
 } stream;
 

@@ -25,6 +25,18 @@ void stream_publish(service *s, const world_batches *batches);
 void stream_heartbeats(service *s); /* on those that have been silent for a period */
 void stream_free_all(service *s);
 
+/* A batch of the stream in which nothing but these records is. False: its reader is to have a snapshot instead. */
+bool stream_tell(service *s, stream *to, wire_u8s extensions);
+
+/* scene.c */
+void scene_subscribed(service *s, stream *to, const wire_subscription *m); /* anew, or again: then all is told again */
+void scene_read_anew(stream *to);                                          /* its reader has lost what it knew */
+void scene_watch(service *s);                                              /* tells what is due; each round */
+int64_t scene_next_ns(const service *s); /* when that is, monotonic; INT64_MAX: nobody looks, or nothing was done */
+void scene_free(struct scene_view *view);
+/* What matches no body: the world has nothing to do for a scene. */
+extern const char SCENE_NO_BODY[];
+
 void stream_receipt(service *s, const wire_receipt *m);
 
 /* backlog.c */

@@ -45,7 +45,7 @@ static void measure_rules(body *b)
 static void copy_rules(world *w, body *b, const world_body *def)
 {
     free_rules(b);
-    b->rules = base_alloc(def->rule_count ? def->rule_count : 1, sizeof *b->rules);
+    b->rules = def->rule_count ? base_alloc(def->rule_count, sizeof *b->rules) : NULL;
     for (size_t i = 0; i < def->rule_count; i++)
         b->rules[i] = (filter_rule){.pattern = base_strdup(def->rules[i].pattern),
             .allow = def->rules[i].allow,
@@ -119,8 +119,8 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     bool same_name = !is_new && strcmp(b->group, def->group ? def->group : "") == 0;
     b->matched &= same_name;
     if (!same_name) b->label = b->ruling;
-    free(b->group);
-    b->group = base_strdup(def->group ? def->group : "");
+    body_free_group(b);
+    body_set_group(b, def->group);
     w->ccds += (size_t)(def->ccd != WORLD_CCD_OFF) - (size_t)(b->ccd != WORLD_CCD_OFF);
     b->fixed = def->fixed;
     b->category = def->category;
@@ -210,13 +210,41 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
 
 /* ---- gone ---- */
 
+/* Bodies stay where they are in memory, so one may point into itself. */
+void body_make_shapes(body *b, size_t count)
+{
+    b->shape_count = (uint32_t)count;
+    b->only_shape = 0;
+    b->shapes = count > 1 ? base_zalloc(count, sizeof *b->shapes) : &b->only_shape;
+}
+
+void body_free_shapes(body *b)
+{
+    if (b->shapes != &b->only_shape) free(b->shapes);
+    b->shapes = NULL;
+    b->shape_count = 0;
+}
+
+static char no_group[] = "";
+
+void body_set_group(body *b, const char *group)
+{
+    b->group = group && *group ? base_strdup(group) : no_group;
+}
+
+void body_free_group(body *b)
+{
+    if (b->group != no_group) free(b->group);
+    b->group = NULL;
+}
+
 static void free_body(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     free(b->name);
-    free(b->group);
+    body_free_group(b);
     match_change_class(&w->match, &b->match, 0);
-    free(b->shapes);
+    body_free_shapes(b);
     array_free(&b->passed);
     array_free(&b->past);
     free_rules(b);

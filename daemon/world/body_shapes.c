@@ -6,6 +6,7 @@
 #include "geom/bounds.h"
 #include "geom/compound.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 static bool is_identity(pose p)
@@ -49,6 +50,7 @@ size_t world_body_shapes(const world *w, uint32_t id)
 void body_drop_shapes(world *w, body *b)
 {
     soft_leave(w, b);
+    w->shapes_edition++;
     for (size_t i = 0; i < b->shape_count; i++) {
         collider *s = &w->colliders.at[b->shapes[i]];
         s->ghost = true;
@@ -57,9 +59,7 @@ void body_drop_shapes(world *w, body *b)
         array_push(&w->ghost_colliders, b->shapes[i]);
         broad_remove(w->broad, b->shapes[i]);
     }
-    free(b->shapes);
-    b->shapes = NULL;
-    b->shape_count = 0;
+    body_free_shapes(b);
     effort_measure(w, b);
 }
 
@@ -71,11 +71,10 @@ static uint32_t add_collider(world *w, uint32_t id, const shape *given, pose loc
     compound *own = given->type == SHAPE_COMPOUND ? compound_copy(given->compound) : NULL;
     collider *s = &w->colliders.at[at];
     *s = (collider){.shape = *given,
-        .own = own,
         .local = local,
         .reach = shape_reach(given),
         .body = id,
-        .index = index,
+        .index = index & SHAPES_OF_A_BODY_MOST,
         .at_origin = is_identity(local),
         .shadow = shadow,
         .used = true};
@@ -91,9 +90,10 @@ static uint32_t add_collider(world *w, uint32_t id, const shape *given, pose loc
 void body_add_shapes(world *w, uint32_t id, const world_body *def)
 {
     body *b = &w->bodies.at[id];
+    assert(def->shape_count < SHAPES_OF_A_BODY_MOST);
     bool soft = def->shape_count == 1 && def->shapes[0].shape.type == SHAPE_SOFT;
-    b->shapes = base_alloc(def->shape_count + 1, sizeof *b->shapes);
-    b->shape_count = def->shape_count + soft;
+    body_make_shapes(b, def->shape_count + soft);
+    w->shapes_edition++;
     for (size_t i = 0; i < def->shape_count; i++)
         b->shapes[i] = add_collider(w, id, &def->shapes[i].shape, def->shapes[i].local, (int32_t)i, false);
     if (soft) b->shapes[1] = add_collider(w, id, &def->shapes[0].shape, def->shapes[0].local, 1, true);
@@ -103,6 +103,6 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
 
 void collider_free(collider *s)
 {
-    compound_destroy(s->own);
+    if (s->shape.type == SHAPE_COMPOUND) compound_destroy((compound *)s->shape.compound); /* it is its own */
     *s = (collider){.used = false};
 }

@@ -47,7 +47,7 @@ static double travelled_since(double now, double then)
 /* Their motion is quicker to look at than how far they got. */
 bool bounds_stand(const world *w, const pair *p)
 {
-    const standing *s = &p->standing;
+    const standing *s = &pair_more_of(w, p)->standing;
     if (s->epoch != w->epoch) return false;
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
@@ -94,7 +94,8 @@ static void try_axis(const collider *a, const collider *b, const pose *b_in_a, v
 }
 
 /* The nearest points of the last refinement are on the surfaces still. */
-static void try_points(const collider *a, const collider *b, const pair *p, const pose *b_in_a, narrow_result *best)
+static void try_points(
+    const collider *a, const collider *b, const pair_more *p, const pose *b_in_a, narrow_result *best)
 {
     vec3 point_b = pose_point(*b_in_a, p->near_b);
     double scale = pair_size(a, b) + vec_norm(b_in_a->p), deviation = a->shape.deviation + b->shape.deviation;
@@ -122,7 +123,8 @@ static void find_bounds(
     if (!(r->lo > 0)) try_axis(a, b, b_in_a, guess, r);
     if (boxes > r->lo || !isfinite(r->lo)) try_axis(a, b, b_in_a, vec_unit(by_boxes), r);
     r->lo = fmax(r->lo, boxes);
-    if (remembers && p->refined) try_points(a, b, p, b_in_a, r);
+    const pair_more *more = pair_more_of(w, p);
+    if (remembers && more->refined) try_points(a, b, more, b_in_a, r);
 }
 
 static void stand(const world *w, pair *p, const pose *b_in_a, double slack, narrow_result *r)
@@ -130,7 +132,7 @@ static void stand(const world *w, pair *p, const pose *b_in_a, double slack, nar
     const body *x = &w->bodies.at[w->colliders.at[p->a].body], *y = &w->bodies.at[w->colliders.at[p->b].body];
     r->lo -= slack;
     r->hi += slack;
-    p->standing =
+    pair_more_make(w, p)->standing =
         (standing){.b_in_a = *b_in_a, .slack = slack, .lo = r->lo, .travelled = travelled(x, y), .epoch = w->epoch};
 }
 
@@ -170,5 +172,5 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
         .status = NARROW_WIDE,
         .method = NARROW_BY_CLOSED_FORM};
     stand(w, p, b_in_a, SLACK * pair_size(a, b), r);
-    p->standing.floor = true;
+    pair_more_make(w, p)->standing.floor = true;
 }

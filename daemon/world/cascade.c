@@ -70,7 +70,7 @@ static void add_demand(demand *d, const subscription *i, const pair_terms *terms
 demand cascade_demand(const world *w, const pair *p)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    bool reported = pair_is_reported(w, p);
+    bool reported = pair_is_reported(p);
     pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
     demand d = {.request = {.tolerance = INFINITY,
@@ -97,6 +97,21 @@ demand cascade_demand(const world *w, const pair *p)
 static bool remembers(const world *w)
 {
     return w->options.caches || w->grant;
+}
+
+/* B in A's frame, of an active pair: where its shapes have been settled is where their bodies are. */
+static inline pose relative_of_active(const world *w, const pair *p, const collider *a, const collider *b)
+{
+    if (!p->at_origins) return collider_relative(w, a, b);
+    assert(pose_same(a->world, w->bodies.at[a->body].pose) && pose_same(b->world, w->bodies.at[b->body].pose));
+    pose relative = pose_relative(a->world, b->world);
+    relative.q = quat_unit(relative.q);
+    return relative;
+}
+
+static inline double error_of(const world *w, const pair *p, const collider *a, const collider *b)
+{
+    return p->at_origins ? 0 : collider_relative_error(w, a, b);
 }
 
 /* Stages 2 and 3: settled without looking at the shapes, or along the cached axis. Where there is none, or the pair has
@@ -143,13 +158,13 @@ static double kept_far_enough(const world *w, pair *p)
 static void look_for_proof(const world *w, pair *p, outcome *out)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    bool reported = pair_is_reported(w, p), is_kept = !reported || p->asked_epoch == w->epoch;
+    bool reported = pair_is_reported(p), is_kept = !reported || p->asked_epoch == w->epoch;
     double beyond = is_kept ? kept_far_enough(w, p) : cascade_demand(w, p).limit;
     if (!(beyond > -INFINITY)) {
         settle(out, STAGE_UNASKED, 0);
     } else if (!reported && remembers(w)) {
-        pose b_in_a = collider_relative(w, a, b);
-        out->settled = settle_cheaply(w, p, &b_in_a, beyond + 2 * collider_relative_error(w, a, b), out);
+        pose b_in_a = relative_of_active(w, p, a, b);
+        out->settled = settle_cheaply(w, p, &b_in_a, beyond + 2 * error_of(w, p, a, b), out);
     }
 }
 
@@ -158,7 +173,8 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
     out->stands = bounds_stand(w, p);
-    if (out->stands && p->standing.enough) { /* and nobody asks for more since */
+    const standing *kept = &pair_more_of(w, p)->standing;
+    if (out->stands && kept->enough) { /* and nobody asks for more since */
         settle(out, STAGE_STANDING, WORK_A_MOTION_BOUND);
         return;
     }
@@ -168,14 +184,19 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
         return;
     }
     out->coarse = d.coarse;
-    if (!d.coarse && !out->stands && remembers(w) && !pair_is_reported(w, p)) {
-        pose b_in_a = collider_relative(w, a, b);
-        double beyond = far_enough(a, b, &d) + 2 * collider_relative_error(w, a, b);
+    if (!d.coarse && !out->stands && remembers(w) && !pair_is_reported(p)) {
+        pose b_in_a = relative_of_active(w, p, a, b);
+        double beyond = far_enough(a, b, &d) + 2 * error_of(w, p, a, b);
         out->settled = settle_cheaply(w, p, &b_in_a, beyond, out);
     }
-    out->floor = out->stands && p->standing.floor;
-    if (out->stands) out->work = work_of(a, b, &d, p->standing.lo);
+    out->floor = out->stands && kept->floor;
+    if (out->stands) out->work = work_of(a, b, &d, kept->lo);
     if (out->stands) out->stage = STAGE_STANDING, out->cost = WORK_A_MOTION_BOUND;
+}
+
+static inline void forget_standing(const world *w, pair *p)
+{
+    if (p->has_more) pair_more_make(w, p)->standing.epoch = 0;
 }
 
 /* Mostly no body is stale, and those of the pair need not be looked up. */
@@ -190,47 +211,50 @@ static inline bool is_stale(const world *w, const pair *p)
 
 /* What lies beyond the caches in a large world is asked for while other pairs are worked on: a pair, then its two
  * colliders and what was reported of it, then where their bodies are. */
-static inline void fetch_pair(const world *w, uint32_t id)
+enum { A_LINE = 64, CHEAP_LINES = 2, ALL_LINES = 3 };
+
+static inline void fetch_pair(const world *w, uint32_t id, int lines)
 {
-    enum { A_LINE = 64 };
     const char *p = (const char *)&w->pairs.at[id];
-    for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(p + at);
+    for (int k = 0; k < lines; k++) __builtin_prefetch(p + k * A_LINE, 1);
 }
 
-static inline void fetch_colliders(const world *w, uint32_t id)
+static inline void fetch_collider(const collider *s, int lines)
+{
+    for (int k = 0; k < lines; k++) __builtin_prefetch((const char *)s + k * A_LINE);
+}
+
+static inline void fetch_colliders(const world *w, uint32_t id, int lines)
 {
     const pair *p = &w->pairs.at[id];
-    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    __builtin_prefetch(&a->shape);
-    __builtin_prefetch(&a->reach);
-    __builtin_prefetch(&b->shape);
-    __builtin_prefetch(&b->reach);
-    if (p->first_watch != WORLD_NONE) __builtin_prefetch(&w->watches.at[p->first_watch]);
+    fetch_collider(&w->colliders.at[p->a], lines);
+    fetch_collider(&w->colliders.at[p->b], lines);
 }
 
 static inline void fetch_bodies(const world *w, uint32_t id)
 {
     const pair *p = &w->pairs.at[id];
+    if (p->at_origins) return;
     __builtin_prefetch(&w->bodies.at[w->colliders.at[p->a].body].pose);
     __builtin_prefetch(&w->bodies.at[w->colliders.at[p->b].body].pose);
 }
 
 static inline void fetch_active_ahead(const world *w, size_t k)
 {
-    enum { PAIRS_AHEAD = 24, COLLIDERS_AHEAD = 16, BODIES_AHEAD = 8 };
+    enum { PAIRS_AHEAD = 24, COLLIDERS_AHEAD = 12, BODIES_AHEAD = 6 };
     if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
-    fetch_pair(w, w->active_pairs.at[k + PAIRS_AHEAD]);
-    fetch_colliders(w, w->active_pairs.at[k + COLLIDERS_AHEAD]);
+    fetch_pair(w, w->active_pairs.at[k + PAIRS_AHEAD], CHEAP_LINES);
+    fetch_colliders(w, w->active_pairs.at[k + COLLIDERS_AHEAD], CHEAP_LINES);
     fetch_bodies(w, w->active_pairs.at[k + BODIES_AHEAD]);
 }
 
 /* Those that are asked in full, which takes longer. */
 static inline void fetch_open_ahead(const world *w, size_t n)
 {
-    enum { PAIRS_AHEAD = 6, COLLIDERS_AHEAD = 4, BODIES_AHEAD = 2 };
+    enum { PAIRS_AHEAD = 12, COLLIDERS_AHEAD = 6, BODIES_AHEAD = 3 };
     if (n + PAIRS_AHEAD >= w->open.count) return;
-    fetch_pair(w, w->active_pairs.at[w->open.at[n + PAIRS_AHEAD]]);
-    fetch_colliders(w, w->active_pairs.at[w->open.at[n + COLLIDERS_AHEAD]]);
+    fetch_pair(w, w->active_pairs.at[w->open.at[n + PAIRS_AHEAD]], ALL_LINES);
+    fetch_colliders(w, w->active_pairs.at[w->open.at[n + COLLIDERS_AHEAD]], ALL_LINES);
     fetch_bodies(w, w->active_pairs.at[w->open.at[n + BODIES_AHEAD]]);
 }
 
@@ -245,7 +269,7 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
         bool stale = is_stale(w, p);
         w->outcomes.at[k] = (outcome){.stage = STAGE_UNKNOWN, .settled = stale, .result = WORLD_NONE};
         if (stale)
-            p->standing.epoch = 0;
+            forget_standing(w, p);
         else if (pair_is_soft(w, p))
             w->outcomes.at[k] =
                 (outcome){.stage = STAGE_CLOSED_FORM, .settled = !soft_is_decided(w, p), .result = WORLD_NONE};
@@ -292,7 +316,7 @@ static uint32_t ask_at(const world *w, const pair *p, const pose *b_in_a, const 
     narrow_request request = d->request;
     bool reported = d->reported;
     uint32_t asked = 0;
-    request.tolerance = tolerance_within(request.tolerance, collider_relative_error(w, a, b));
+    request.tolerance = tolerance_within(request.tolerance, error_of(w, p, a, b));
     if (d->verdict_only || (!reported && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
         narrow_query(&a->shape, &b->shape, b_in_a, &request, cache, scratch, r);
@@ -322,12 +346,13 @@ static void keep(const world *w, pair *p, const pose *b_in_a, const narrow_resul
     p->cache.axis = r->axis;
     p->cache.b_in_a = *b_in_a;
     p->cache.lower = r->lo;
-    p->standing.epoch = 0;
+    forget_standing(w, p);
     p->waited = 0;
     if (!w->grant) return;
-    p->near_a = r->point_a;
-    p->near_b = pose_point(pose_relative(*b_in_a, POSE_IDENTITY), r->point_b);
-    p->refined = true;
+    pair_more *more = pair_more_make(w, p);
+    more->near_a = r->point_a;
+    more->near_b = pose_point(pose_relative(*b_in_a, POSE_IDENTITY), r->point_b);
+    more->refined = true;
 }
 
 /* Hulls that overlap, or a hull and a box. */
@@ -347,7 +372,7 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
         return;
     }
     demand d = cascade_demand(w, p);
-    pose b_in_a = collider_relative(w, a, b);
+    pose b_in_a = relative_of_active(w, p, a, b);
     narrow_cache none = {.lower = 0};
     out->asked = (uint8_t)ask_at(w, p, &b_in_a, &d, w->options.caches ? &p->cache : &none, scratch, r);
     out->cost = work_of(a, b, &d, r->lo);
@@ -391,7 +416,7 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
             continue;
         }
         demand d = cascade_demand(w, p);
-        pose b_in_a = collider_relative(w, a, b);
+        pose b_in_a = relative_of_active(w, p, a, b);
         if (n < w->bounded)
             bounds_find(w, p, &b_in_a, d.limit, !out->coarse && remembers(w), w->scratch[worker], r);
         else
@@ -403,8 +428,8 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         out->left = n >= w->bounded;
         out->work = work_of(a, b, &d, r->lo);
         out->settled = r->lo > d.limit;
-        p->standing.enough = r->lo > d.limit || (out->coarse && !out->left);
-        out->left &= !p->standing.enough;
+        bool enough = pair_more_make(w, p)->standing.enough = r->lo > d.limit || (out->coarse && !out->left);
+        out->left &= !enough;
     }
 }
 

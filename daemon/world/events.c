@@ -71,6 +71,7 @@ static void transit(world *w, uint32_t id, const world_event *now, bool touches,
         events_emit(w, v->subscription, now, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
+    if (touched != (v->touch_id != 0) || was_near != (v->near_id != 0)) pair_note_reported(w, v->pair);
     if (!watch_id(v)) watch_drop(w, id);
 }
 
@@ -89,12 +90,6 @@ uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)
     if (o->left) return WORLD_STOPPED;
     if (r->status == NARROW_WIDE) return WORLD_WIDE;
     return r->lo > limit || r->hi <= limit ? WORLD_CERTAIN : WORLD_WITHIN;
-}
-
-static bool says_the_same(const world *w, uint32_t id, const world_event *now)
-{
-    world_event last = watch_contact(w, id);
-    return news_same_facts(&last, now);
 }
 
 static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscription_id, const terms *t)
@@ -124,16 +119,66 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
     now.achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
     if (is_soft) now.achieved = soft->unfinished ? WORLD_WIDE : WORLD_CERTAIN;
     if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
-    bool news = v->recovered || !(v->touch_id || v->near_id) || !says_the_same(w, id, &now);
+    bool news = v->recovered || !(v->touch_id || v->near_id) || !watch_has_said(w, id, &now);
     v->recovered = false;
     watch_keep_contact(w, id, &now);
     transit(w, id, &now, touches, near, news, t->cause);
 }
 
+/* What lies beyond the caches in a large world is asked for while pairs before it are reported: a pair, then its shapes
+ * and what was reported of it, then its bodies, at last their names. */
+static inline void fetch_body(const body *b)
+{
+    __builtin_prefetch(&b->pose);
+    __builtin_prefetch(&b->region);
+    __builtin_prefetch(&b->before);
+    __builtin_prefetch(&b->fixed);
+    __builtin_prefetch(&b->name);
+}
+
+static inline void fetch_ahead(const world *w, const uint32_t *told, size_t n, size_t count)
+{
+    enum { PAIRS_AHEAD = 16, SHAPES_AHEAD = 12, BODIES_AHEAD = 8, NAMES_AHEAD = 4 };
+    if (n + PAIRS_AHEAD >= count) return;
+    __builtin_prefetch(&w->pairs.at[w->active_pairs.at[told[n + PAIRS_AHEAD]]]);
+    const pair *p = &w->pairs.at[w->active_pairs.at[told[n + SHAPES_AHEAD]]];
+    const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    __builtin_prefetch(&a->world);
+    __builtin_prefetch(&a->body);
+    __builtin_prefetch(&b->body);
+    if (p->first_watch != WORLD_NONE) {
+        __builtin_prefetch(&w->watches.at[p->first_watch], 1);
+        watch_fetch_last(w, p->first_watch);
+    }
+    p = &w->pairs.at[w->active_pairs.at[told[n + BODIES_AHEAD]]];
+    fetch_body(&w->bodies.at[w->colliders.at[p->a].body]);
+    fetch_body(&w->bodies.at[w->colliders.at[p->b].body]);
+    p = &w->pairs.at[w->active_pairs.at[told[n + NAMES_AHEAD]]];
+    __builtin_prefetch(w->bodies.at[w->colliders.at[p->a].body].name);
+    __builtin_prefetch(w->bodies.at[w->colliders.at[p->b].body].name);
+}
+
+/* Of the active pairs, those that have a result. */
+static const uint32_t *list_told(world *w, size_t *count)
+{
+    array_reserve(&w->told, w->active_pairs.count);
+    uint32_t *at = w->told.at;
+    size_t n = 0;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        at[n] = (uint32_t)k;
+        n += w->outcomes.at[k].result != WORLD_NONE;
+    }
+    *count = n;
+    return at;
+}
+
 void events_of_active(world *w)
 {
-    for (size_t k = 0; k < w->active_pairs.count; k++) {
-        if (w->outcomes.at[k].result == WORLD_NONE) continue;
+    size_t count;
+    const uint32_t *told = list_told(w, &count);
+    for (size_t n = 0; n < count; n++) {
+        fetch_ahead(w, told, n, count);
+        size_t k = told[n];
         uint32_t id = w->active_pairs.at[k];
         const pair *p = &w->pairs.at[id];
         terms t = terms_of(p);

@@ -11,6 +11,12 @@ static inline void event_copy(world_event *to, const world_event *from, bool has
     memcpy(to, from, has_impact ? sizeof *to : head);
 }
 
+/* One of no points and no impact: what nobody reads of it is not written. */
+static inline void event_clear(world_event *e)
+{
+    memset(e, 0, offsetof(world_event, manifold.points));
+}
+
 /* Into the subscription's list of this tick, and into the hash unless it is a snapshot's. */
 void events_emit(world *w, uint32_t subscription, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact);
 
@@ -43,6 +49,9 @@ void watch_reserve(world *w, size_t count);
 /* The last event of contact or nearness: kept, and as it was. */
 void watch_keep_contact(world *w, uint32_t id, const world_event *e);
 world_event watch_contact(const world *w, uint32_t id);
+/* Has that event been told, but for the ages? As news_same_facts. */
+bool watch_has_said(const world *w, uint32_t id, const world_event *e);
+void watch_fetch_last(const world *w, uint32_t id); /* asks for the memory of the last event of contact or nearness */
 void watch_keep_predicted(world *w, uint32_t id, const world_event *e);
 /* WORLD_NONE: there is none. An old one ends here. */
 uint32_t watch_find(world *w, const pair *p, uint32_t subscription);

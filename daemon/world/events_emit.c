@@ -71,22 +71,30 @@ static vec3 to_world(const collider *s, vec3 point_in_s)
     return pose_point(s->world, point_in_s);
 }
 
+static void swap_sides(void *a, void *b, size_t size)
+{
+    char kept[sizeof(pose)];
+    memcpy(kept, a, size);
+    memcpy(a, b, size);
+    memcpy(b, kept, size);
+}
+
+static void turn_facts(world_event *e)
+{
+    swap_sides(&e->name_a, &e->name_b, sizeof e->name_a);
+    swap_sides(&e->shape_a, &e->shape_b, sizeof e->shape_a);
+    e->axis = vec_neg(e->axis);
+    swap_sides(&e->point_a, &e->point_b, sizeof e->point_a);
+    swap_sides(&e->age_a_ns, &e->age_b_ns, sizeof e->age_a_ns);
+    swap_sides(&e->pose_a, &e->pose_b, sizeof e->pose_a);
+    for (uint32_t i = 0; i < e->manifold.count; i++)
+        e->manifold.points[i].feature = feature_turned(e->manifold.points[i].feature);
+}
+
 void events_turn_round(world_event *e)
 {
-    world_event was = *e;
-    e->name_a = was.name_b;
-    e->name_b = was.name_a;
-    e->shape_a = was.shape_b;
-    e->shape_b = was.shape_a;
-    e->axis = vec_neg(was.axis);
-    e->point_a = was.point_b;
-    e->point_b = was.point_a;
-    e->age_a_ns = was.age_b_ns;
-    e->age_b_ns = was.age_a_ns;
-    e->impact.pose_a = was.impact.pose_b;
-    e->impact.pose_b = was.impact.pose_a;
-    for (uint32_t i = 0; i < e->manifold.count; i++)
-        e->manifold.points[i].feature = feature_turned(was.manifold.points[i].feature);
+    turn_facts(e);
+    swap_sides(&e->impact.pose_a, &e->impact.pose_b, sizeof e->impact.pose_a);
 }
 
 bool events_is_turned(const world *w, const body *a, const body *b, uint32_t id, int looks)
@@ -111,20 +119,25 @@ void events_fill(
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     __builtin_prefetch(x->name); /* for the hash */
     __builtin_prefetch(y->name);
-    *e = (world_event){.name_a = x->name,
-        .name_b = y->name,
-        .shape_a = a->index,
-        .shape_b = b->shadow ? a->index : b->index,
-        .lo = r->lo,
-        .hi = r->hi,
-        .axis = quat_rotate(a->world.q, r->axis),
-        .point_a = to_world(a, r->point_a),
-        .point_b = to_world(a, r->point_b),
-        .age_a_ns = body_age_ns(w, x),
-        .age_b_ns = body_age_ns(w, y),
-        .manifold = r->manifold};
-    for (uint32_t i = 0; i < e->manifold.count; i++)
-        e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
+    event_clear(e);
+    e->name_a = x->name;
+    e->name_b = y->name;
+    e->shape_a = a->index;
+    e->shape_b = b->shadow ? a->index : b->index;
+    e->lo = r->lo;
+    e->hi = r->hi;
+    e->axis = quat_rotate(a->world.q, r->axis);
+    e->point_a = to_world(a, r->point_a);
+    e->point_b = to_world(a, r->point_b);
+    e->age_a_ns = body_age_ns(w, x);
+    e->age_b_ns = body_age_ns(w, y);
+    e->pose_a = x->pose;
+    e->pose_b = y->pose;
+    e->manifold.count = r->manifold.count;
+    for (uint32_t i = 0; i < e->manifold.count; i++) {
+        e->manifold.points[i] = r->manifold.points[i];
+        e->manifold.points[i].point = to_world(a, r->manifold.points[i].point);
+    }
     e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
-    if (events_is_turned(w, x, y, subscription, looks)) events_turn_round(e);
+    if (events_is_turned(w, x, y, subscription, looks)) turn_facts(e);
 }

@@ -51,7 +51,8 @@ static void add_of_pair(world *w, uint32_t active, unsigned fact, uint64_t tick,
 
 static void add_ways_of(world *w, uint32_t active, const pair *p, uint64_t tick)
 {
-    add_of_pair(w, active, WORLD_IMPACT, tick, tick == p->swept_tick + 1 ? p->swept_from : 0);
+    add_of_pair(
+        w, active, WORLD_IMPACT, tick, tick == pair_more_of(w, p)->swept_tick + 1 ? pair_more_of(w, p)->swept_from : 0);
 }
 
 /* What both keep since it was decided last, tick by tick, and then how they came in this one. */
@@ -77,7 +78,7 @@ static void collect(world *w)
         if (a->impacts && b->impacts && wants_swept_motion(a, b)) add_swept_motions(w, (uint32_t)k, p, a, b);
         if (a->stale || b->stale) continue;
         if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_predicted(w, p)))
-            add_of_pair(w, (uint32_t)k, WORLD_PREDICT, w->figures.ticks, p->predicted_from);
+            add_of_pair(w, (uint32_t)k, WORLD_PREDICT, w->figures.ticks, pair_more_of(w, p)->predicted_from);
     }
 }
 
@@ -185,7 +186,7 @@ enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2
 static void find_along(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
     const toi_request *request, void *scratch)
 {
-    vec3 guess = s->predicts ? p->free_axis : VEC_ZERO;
+    vec3 guess = s->predicts ? pair_more_of(w, p)->free_axis : VEC_ZERO;
     toi_find(a, b, request, guess, scratch, &s->result);
     s->queries = s->result.queries;
     s->steps = s->result.steps;
@@ -208,7 +209,7 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
             .gap_hi = INFINITY,
             .body_a = a->motion.start,
             .body_b = b->motion.start};
-    uint64_t often = ((uint64_t)1 << p->barren) - 1;
+    uint64_t often = ((uint64_t)1 << pair_more_of(w, p)->barren) - 1;
     uint32_t looks = 0;
     if (!s->predicts || s->result.status != TOI_FREE || s->queries == 0) return;
     if (w->figures.ticks & often) return;
@@ -251,14 +252,14 @@ static void search_swept_motions(const world *w, sweep *s, const pair *p, const 
 static void keep_axis(world *w, const sweep *s)
 {
     pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
-    uint8_t *barren = &p->barren;
     bool found = vec_max_abs(s->free_axis) > 0;
     if (s->sought) {
-        bool had = vec_max_abs(p->free_axis) > 0; /* one that did not serve */
-        if ((had || !found) && *barren < BARREN_MAX) ++*barren;
-        p->free_axis = s->free_axis;
+        pair_more *more = pair_more_make(w, p);
+        bool had = vec_max_abs(more->free_axis) > 0; /* one that did not serve */
+        if ((had || !found) && more->barren < BARREN_MAX) ++more->barren;
+        more->free_axis = s->free_axis;
     } else if (s->predicts && s->result.status == TOI_FREE && s->queries == 0) {
-        *barren = 0;
+        if (p->has_more) pair_more_make(w, p)->barren = 0;
     }
 }
 

@@ -77,7 +77,8 @@ static const uint64_t DEAREST = A_BEGIN + (uint64_t)A_WORK * WORK_MOST; /* units
 static uint64_t expected_of(const world *w, const pair *p)
 {
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
-    if (p->search_units) return p->search_units;
+    const uint32_t last = pair_more_of(w, p)->search_units;
+    if (last) return last;
     uint64_t price = A_SEARCH + (has_parts(w, p) ? 4 * (uint64_t)((double)a->apart + b->apart) : 0);
     return price < DEAREST ? price : DEAREST;
 }
@@ -108,9 +109,9 @@ static void count_units(world *w, uint64_t expected, uint64_t spent)
 
 /* ---- the order ---- */
 
-static uint32_t allowed_at_first(const pair *p)
+static uint32_t allowed_at_first(const world *w, const pair *p)
 {
-    uint64_t last = p->search_units / A_WORK, allowed = WORK_LEAST;
+    uint64_t last = pair_more_of(w, p)->search_units / A_WORK, allowed = WORK_LEAST;
     while (allowed < WORK_MOST && allowed < WITHIN * last) allowed *= WITHIN;
     return (uint32_t)(allowed < WORK_MOST ? allowed : WORK_MOST);
 }
@@ -136,7 +137,7 @@ static total allow_all(world *w)
         for (size_t i = k; i < end; i++) {
             sweep *s = &w->sweeps.at[i];
             s->most = most;
-            if (parts) allow(s, allowed_at_first(p));
+            if (parts) allow(s, allowed_at_first(w, p));
             if (s->again) continue;
             t.most += s->most;
             t.expected += expected;
@@ -235,8 +236,10 @@ static void learn(world *w)
         const sweep *s = &w->sweeps.at[k];
         pair *p = pair_of(w, s);
         if (s->again || !s->tried) continue;
-        uint64_t was = p->search_units - p->search_units / 4, units = units_of(w, s), is = units > was ? units : was;
-        p->search_units = (uint32_t)(is < UINT32_MAX ? is : UINT32_MAX);
+        pair_more *more = pair_more_make(w, p);
+        uint64_t was = more->search_units - more->search_units / 4, units = units_of(w, s),
+                 is = units > was ? units : was;
+        more->search_units = (uint32_t)(is < UINT32_MAX ? is : UINT32_MAX);
     }
 }
 

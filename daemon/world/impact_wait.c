@@ -62,12 +62,12 @@ static void uncount_body(world *w, uint32_t collider, const pair *p)
 
 static void put_last(world *w, uint32_t id)
 {
-    pair *p = &w->pairs.at[id];
+    pair_more *p = pair_more_make(w, &w->pairs.at[id]);
     search_list *list = &w->waiting[p->wait_list];
     p->wait_before = list->last;
     p->wait_next = WORLD_NONE;
     if (list->last != WORLD_NONE)
-        w->pairs.at[list->last].wait_next = id;
+        pair_more_make(w, &w->pairs.at[list->last])->wait_next = id;
     else
         list->first = id;
     list->last = id;
@@ -75,14 +75,14 @@ static void put_last(world *w, uint32_t id)
 
 static void take_out(world *w, uint32_t id)
 {
-    const pair *p = &w->pairs.at[id];
+    const pair_more *p = pair_more_of(w, &w->pairs.at[id]);
     search_list *list = &w->waiting[p->wait_list];
     if (p->wait_before != WORLD_NONE)
-        w->pairs.at[p->wait_before].wait_next = p->wait_next;
+        pair_more_make(w, &w->pairs.at[p->wait_before])->wait_next = p->wait_next;
     else
         list->first = p->wait_next;
     if (p->wait_next != WORLD_NONE)
-        w->pairs.at[p->wait_next].wait_before = p->wait_before;
+        pair_more_make(w, &w->pairs.at[p->wait_next])->wait_before = p->wait_before;
     else
         list->last = p->wait_before;
 }
@@ -105,7 +105,7 @@ static void wait(world *w, uint32_t id, bool swept_motions)
     impact_forget(w, id);
     p->search_waits = true;
     p->swept_wait = swept_motions;
-    p->wait_list = (uint8_t)impact_list_of(w, p);
+    pair_more_make(w, p)->wait_list = (uint8_t)impact_list_of(w, p);
     put_last(w, id);
     count_body(w, p->a, p, true);
     count_body(w, p->b, p, true);
@@ -123,12 +123,14 @@ void impact_wait_init(world *w)
 static const char *check_list(const world *w, uint32_t list, size_t *count)
 {
     uint32_t last = WORLD_NONE;
-    for (uint32_t id = w->waiting[list].first; id != WORLD_NONE; id = w->pairs.at[id].wait_next) {
+    for (uint32_t id = w->waiting[list].first; id != WORLD_NONE;) {
         if (id >= w->pairs.count || ++*count > w->pairs.count) return "a list of pairs that wait leads nowhere";
         const pair *p = &w->pairs.at[id];
-        if (!p->used || !p->search_waits || p->wait_list != list || p->wait_before != last)
+        const pair_more *more = pair_more_of(w, p);
+        if (!p->used || !p->search_waits || !p->has_more || more->wait_list != list || more->wait_before != last)
             return "a pair waits in the wrong place";
         last = id;
+        id = more->wait_next;
     }
     return w->waiting[list].last == last ? NULL : "a list of pairs that wait ends elsewhere";
 }
@@ -186,8 +188,9 @@ static void finish(world *w, uint32_t id)
     pair *p = &w->pairs.at[id];
     uint64_t x = w->bodies.at[w->colliders.at[p->a].body].changed_tick;
     uint64_t y = w->bodies.at[w->colliders.at[p->b].body].changed_tick;
-    bool again = p->predicted_from && (x > p->predicted_round || y > p->predicted_round);
-    p->predicted_from = 0;
+    const pair_more *more = pair_more_of(w, p);
+    bool again = more->predicted_from && (x > more->predicted_round || y > more->predicted_round);
+    if (p->has_more) pair_more_make(w, p)->predicted_from = 0;
     if (again)
         wait(w, id, false);
     else
@@ -197,15 +200,15 @@ static void finish(world *w, uint32_t id)
 /* From `first` on, of those from `from` to `to`. */
 static void put_off(world *w, uint32_t id, size_t from, size_t first, size_t to)
 {
-    pair *p = &w->pairs.at[id];
     const sweep *s = &w->sweeps.at[first];
     for (size_t k = first; k < to; k++) w->sweeps.at[k].put_off = true;
     w->sliced = true;
-    p->swept_tick = s->predicts ? w->figures.ticks : s->tick - 1;
-    p->swept_from = s->predicts ? 0 : s->subscription;
+    pair_more *more = pair_more_make(w, &w->pairs.at[id]);
+    more->swept_tick = s->predicts ? w->figures.ticks : s->tick - 1;
+    more->swept_from = s->predicts ? 0 : s->subscription;
     if (s->predicts && first > from && s[-1].predicts) {
-        if (!p->predicted_from) p->predicted_round = w->figures.ticks;
-        p->predicted_from = s->subscription;
+        if (!more->predicted_from) more->predicted_round = w->figures.ticks;
+        more->predicted_from = s->subscription;
     }
     wait(w, id, !s->predicts);
 }
@@ -217,8 +220,9 @@ static void note_done(world *w)
     for (size_t k = 0; k < w->active_pairs.count && matters; k++) {
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
         if (w->outcomes.at[k].search_left) continue;
-        p->swept_tick = w->figures.ticks;
-        p->swept_from = 0;
+        pair_more *more = pair_more_make(w, p);
+        more->swept_tick = w->figures.ticks;
+        more->swept_from = 0;
         if (p->search_waits) finish(w, w->active_pairs.at[k]);
     }
 }

@@ -130,11 +130,13 @@ bool pair_accept(void *context, uint32_t a, uint32_t b)
            decide(w, w->colliders.at[a].body, w->colliders.at[b].body).checked;
 }
 
-bool pair_is_reported(const world *w, const pair *p)
+void pair_note_reported(world *w, uint32_t pair_id)
 {
-    for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
-        if (w->watches.at[id].touch_id || w->watches.at[id].near_id) return true;
-    return false;
+    pair *p = &w->pairs.at[pair_id];
+    bool reported = false;
+    for (uint32_t id = p->first_watch; id != WORLD_NONE && !reported; id = w->watches.at[id].pair_next)
+        reported = w->watches.at[id].touch_id || w->watches.at[id].near_id;
+    p->is_reported = reported;
 }
 
 bool pair_is_predicted(const world *w, const pair *p)
@@ -159,11 +161,17 @@ static void enter_pair(world *w, uint32_t collider)
     b->pair_count++;
 }
 
+void pair_reserve(world *w, size_t count)
+{
+    array_reserve_in_place(&w->pairs, count);
+    array_reserve_in_place(&w->pairs_more, count);
+}
+
 static uint32_t begin_pair(world *w, uint32_t a, uint32_t b)
 {
     assert(a != b && w->colliders.at[a].used && w->colliders.at[b].used);
     uint32_t id = id_pool_take(&w->pair_ids);
-    array_reserve_in_place(&w->pairs, (size_t)id + 1);
+    pair_reserve(w, (size_t)id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
     bool in_order = colliders_in_order(w, &w->colliders.at[a], &w->colliders.at[b]);
     enter_pair(w, a);
@@ -171,8 +179,9 @@ static uint32_t begin_pair(world *w, uint32_t a, uint32_t b)
     w->pairs.at[id] = (pair){.a = in_order ? a : b,
         .b = in_order ? b : a,
         .first_watch = WORLD_NONE,
-        .active_tick = w->figures.ticks - 1,
+        .at_origins = w->colliders.at[a].at_origin && w->colliders.at[b].at_origin,
         .used = true};
+    pair_set_active_tick(&w->pairs.at[id], w->figures.ticks - 1);
     payers_charge(w, &w->pairs.at[id]);
     keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
@@ -458,8 +467,9 @@ uint64_t pair_activate(world *w, uint32_t id)
         p->ruled = p->jumped = false;
     else if (!renew(w, p))
         return 0;
-    p->active_tick = w->figures.ticks;
+    pair_set_active_tick(p, w->figures.ticks);
     array_push(&w->active_pairs, id);
+    array_push(&w->active, pair_key(p->a, p->b));
     return cheap_units(w, p) + A_WISH * (uint64_t)subscription_list(w, p).count;
 }
 
@@ -479,13 +489,10 @@ void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs)
 {
     size_t count = w->active_pairs.count;
     bool fits = 2 * of_colliders + of_pairs <= 64;
-    array_reserve(&w->active, count);
     array_reserve(&w->sort_scratch, count);
-    w->active.count = count;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t id = w->active_pairs.at[i];
-        uint64_t key = pair_key(w->pairs.at[id].a, w->pairs.at[id].b);
-        w->active.at[i] = fits ? (key >> 32 << of_colliders | (uint32_t)key) << of_pairs | id : key;
+    for (size_t i = 0; fits && i < count; i++) {
+        uint64_t key = w->active.at[i];
+        w->active.at[i] = (key >> 32 << of_colliders | (uint32_t)key) << of_pairs | w->active_pairs.at[i];
     }
     sort_keys_above(w->active.at, w->sort_scratch.at, count, fits ? of_pairs : 0);
     for (size_t i = 0; i < count; i++) {
@@ -505,7 +512,7 @@ void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs)
  * unfinished, or when its search was put off, and puts it on the list. */
 void pair_collect_active(world *w)
 {
-    w->active_pairs.count = 0;
+    w->active_pairs.count = w->active.count = 0;
     leaving_go_on(w);
     slices_take(w, impact_go_on(w));
     for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);

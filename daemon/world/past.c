@@ -273,7 +273,7 @@ aabb past_bounds(const body *b, aabb box)
 
 uint64_t past_decided(const world *w, const pair *p, const body *a, const body *b)
 {
-    return later(later(w->past_clear, p->swept_tick), later(a->past_since, b->past_since));
+    return later(later(w->past_clear, pair_more_of(w, p)->swept_tick), later(a->past_since, b->past_since));
 }
 
 static uint64_t next_of(const body *b, uint64_t after)

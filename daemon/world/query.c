@@ -74,6 +74,30 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
 
 /* ---- bodies ---- */
 
+bool world_glance_at(const world *w, uint32_t id, world_glance *out)
+{
+    if (id >= w->bodies.count || !w->bodies.at[id].used || w->bodies.at[id].ghost || w->bodies.at[id].goes)
+        return false;
+    const body *b = &w->bodies.at[id];
+    *out = (world_glance){.pose = &b->pose,
+        .fixed = b->fixed,
+        .stale = b->stale,
+        .held = b->held,
+        .pending = b->is_due,
+        .swept = b->ccd != WORLD_CCD_OFF,
+        .one_way = b->one_way};
+    return true;
+}
+
+bool world_pattern_matches(const char *text, const char *name, const char *group)
+{
+    pattern p;
+    pattern_init(&p, text);
+    bool matches = pattern_matches(&p, name, group);
+    pattern_free(&p);
+    return matches;
+}
+
 void world_query_bodies(const world *w, const char *pattern_text, int64_t now_ns, world_hits *out)
 {
     pattern ready;

@@ -120,7 +120,6 @@ static void put_collider(bytes_out *to, const world *w, uint32_t id, const world
     const collider *s = &w->colliders.at[id];
     collider bare = *s;
     bare.shape = (shape){0};
-    bare.own = NULL;
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
     if (s->ghost) { /* only waits for its id to be free, or for the end of its pairs */
@@ -131,9 +130,9 @@ static void put_collider(bytes_out *to, const world *w, uint32_t id, const world
         return;
     }
     put_shape(to, l, &s->shape);
-    uint8_t is_compound = s->own != NULL;
+    uint8_t is_compound = s->shape.type == SHAPE_COMPOUND;
     bytes_put(to, &is_compound, 1);
-    if (s->own) put_compound(to, l, s->own);
+    if (is_compound) put_compound(to, l, s->shape.compound);
     broad_move fat = broad_fat_box(w->broad, id);
     bytes_put(to, &fat, sizeof fat);
     uint8_t search = broad_is_unsearched(w->broad, id) ? 1 + broad_was_refiltered(w->broad, id) : 0;
@@ -161,7 +160,6 @@ static const char *get_collider(bytes_in *from, world *w, const world_lender *l,
     bytes_get(from, &id, sizeof id);
     if (!bytes_get(from, &s, sizeof s) || id >= w->colliders.count) return "a shape is cut off";
     s.shape = (shape){0};
-    s.own = NULL;
     s.shape.type = SHAPE_SPHERE;
     if (s.ghost) {
         uint8_t leaves = 0;
@@ -173,10 +171,12 @@ static const char *get_collider(bytes_in *from, world *w, const world_lender *l,
     } else {
         if (!get_shape(from, l, &s.shape)) return "a shape's hull or mesh is not there";
         bytes_get(from, &is_compound, 1);
-        if (is_compound && !(s.shape.compound = s.own = get_compound(from, l))) return "a compound cannot be built";
+        s.shape.compound = NULL;
+        if (is_compound != (s.shape.type == SHAPE_COMPOUND)) return "a compound is none";
+        if (is_compound && !(s.shape.compound = get_compound(from, l))) return "a compound cannot be built";
         bytes_get(from, &fat, sizeof fat);
         if (from->broken || !is_box(&fat.box)) {
-            compound_destroy(s.own);
+            compound_destroy((compound *)s.shape.compound); /* it is its own */
             return "a shape has no box";
         }
         put_box(w, id, &fat);
@@ -237,11 +237,14 @@ static const char *get_body(bytes_in *from, world *w)
         b.rule_count > from->left)
         return "a body is cut off";
     b.name = base_strdup(bytes_get_text(from));
-    b.group = base_strdup(bytes_get_text(from));
-    b.shapes = b.ghost ? NULL : base_zalloc(b.shape_count + 1, sizeof *b.shapes);
+    body_set_group(&b, bytes_get_text(from));
+    body_make_shapes(&w->bodies.at[id], b.ghost ? 0 : b.shape_count);
+    uint32_t *shapes = w->bodies.at[id].shapes;
     if (b.ghost) b.shape_count = 0;
-    bytes_get(from, b.shapes, b.shape_count * sizeof *b.shapes);
-    b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
+    bytes_get(from, shapes, b.shape_count * sizeof *shapes);
+    b.shapes = shapes;
+    b.only_shape = w->bodies.at[id].only_shape;
+    b.rules = b.rule_count ? base_zalloc(b.rule_count, sizeof *b.rules) : NULL;
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
     b.match = b.rule_set = 0;
     rules_choose(&w->rules, &b.rule_set, b.rules, b.rule_count);
@@ -317,6 +320,7 @@ static void put_pair(bytes_out *to, const world *w, uint32_t id)
     bare.cache = bare_cache(&w->pairs.at[id].cache);
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
+    if (bare.has_more) bytes_put(to, pair_more_of(w, &w->pairs.at[id]), sizeof(pair_more));
 }
 
 static const char *get_pair(bytes_in *from, world *w)
@@ -329,6 +333,7 @@ static const char *get_pair(bytes_in *from, world *w)
         return "a pair is cut off";
     p.cache = bare_cache(&p.cache);
     p.edition = 0;
+    if (p.has_more && !bytes_get(from, &w->pairs_more.at[id], sizeof(pair_more))) return "a pair is cut off";
     w->pairs.at[id] = p;
     w->lingers += p.lingers;
     pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
@@ -402,8 +407,9 @@ uint64_t world_saved_layout(void)
         sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
         sizeof(payer), sizeof(past_motion), sizeof(goer), offsetof(body, past), offsetof(body, effort),
         offsetof(body, passed), offsetof(body, name), offsetof(body, searches_left), offsetof(subscription, events),
-        offsetof(pair, swept_tick), offsetof(pair, wait_next), offsetof(pair, standing), offsetof(pair, cache),
-        offsetof(pair, payer), sizeof(last_contact), sizeof(world_event), offsetof(watch, has_contact)};
+        sizeof(pair_more), offsetof(pair_more, swept_tick), offsetof(pair_more, wait_next),
+        offsetof(pair_more, standing), offsetof(pair, cache), offsetof(pair, payer), offsetof(collider, shape),
+        sizeof(last_contact), sizeof(world_event), offsetof(watch, has_contact)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -462,7 +468,7 @@ size_t world_saved_size(const world *w)
     size_t a_collider = sizeof(collider) + sizeof(shape) + sizeof(broad_move) + BESIDE;
     size_t a_watch = sizeof(watch) + sizeof(last_contact) + sizeof(world_event) + BESIDE;
     return sizeof(head) + w->bodies.count * a_body + w->colliders.count * a_collider +
-           w->pairs.count * (sizeof(pair) + BESIDE) + w->watches.count * a_watch +
+           w->pairs.count * (sizeof(pair) + sizeof(pair_more) + BESIDE) + w->watches.count * a_watch +
            w->subscriptions.count * (sizeof(subscription) + TEXTS + BESIDE) +
            w->expiries.count * sizeof *w->expiries.at;
 }
@@ -606,7 +612,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     body_reserve(w, (size_t)w->body_ids.end + 1);
     array_reserve_in_place(&w->colliders, (size_t)w->collider_ids.end + 1);
     array_reserve(&w->subscriptions, (size_t)w->subscription_ids.end + 1);
-    array_reserve_in_place(&w->pairs, (size_t)w->pair_ids.end + 1);
+    pair_reserve(w, (size_t)w->pair_ids.end + 1);
     watch_reserve(w, (size_t)w->watch_ids.end + 1);
     MAKE_PLACES(&w->bodies, &w->body_ids);
     MAKE_PLACES(&w->colliders, &w->collider_ids);

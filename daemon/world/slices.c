@@ -20,6 +20,7 @@
 #include "subscription.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum {
     A_MILLISECOND = 1000000,
@@ -184,7 +185,7 @@ static uint64_t activate_found(world *w, uint32_t id)
     bool is_new = p->asked_epoch == 0 && p->first_watch == WORLD_NONE;
     if (!is_new || !(slices_is_dear(a) || slices_is_dear(b))) return pair_activate(w, id);
     uint64_t x = w->bodies.at[a->body].changed_tick, y = w->bodies.at[b->body].changed_tick;
-    p->active_tick = (x < y ? x : y) - 1;
+    pair_set_active_tick(p, (x < y ? x : y) - 1);
     return 0;
 }
 
@@ -508,13 +509,72 @@ static void fetch_awake_ahead(world *w, size_t i)
         broad_each_number_of(w->broad, pairs->shapes[0], fetch_pair_of_number, w);
 }
 
+/* ---- where most bodies have changed ----
+ *
+ * Then their pairs are gone through where they lie, one after the other, and not body by body: the same list, since it
+ * is sorted, and as many units. Where these are more than the slice has, it is as if nothing had been done. */
+
+/* Bits of the colliders of all bodies that have changed. False: some body takes more than a glance, or most pairs are
+ * none of theirs. */
+static bool mark_awake(world *w, uint64_t *spent)
+{
+    size_t words = w->colliders.count / 64 + 1, links = 0;
+    array_reserve(&w->awake_bits, words);
+    memset(w->awake_bits.at, 0, words * sizeof *w->awake_bits.at);
+    for (size_t i = 0; i < w->awake.count; i++) {
+        const body *b = &w->bodies.at[w->awake.at[i]];
+        if (!b->used || b->ghost) continue;
+        if (b->pair_count > MANY_PAIRS || b->is_due) return false;
+        links += b->pair_count;
+        *spent += A_BODY;
+        for (size_t k = 0; k < b->shape_count && b->pair_count; k++)
+            w->awake_bits.at[b->shapes[k] >> 6] |= UINT64_C(1) << (b->shapes[k] & 63);
+    }
+    return links && links >= w->pairs.count / 2;
+}
+
+static inline unsigned is_awake(const world *w, uint32_t collider)
+{
+    return w->awake_bits.at[collider >> 6] >> (collider & 63) & 1;
+}
+
+static bool take_all_at_once(world *w, uint64_t *spent)
+{
+    size_t first = w->active_pairs.count;
+    uint64_t units = *spent;
+    if (!mark_awake(w, &units)) return false;
+    array_reserve(&w->sort_scratch, w->pairs.count);
+    uint64_t *since = w->sort_scratch.at;
+    for (uint32_t id = 0; id < w->pairs.count && units <= w->slice; id++) {
+        const pair *p = &w->pairs.at[id];
+        if (!p->used || p->lingers) continue;
+        unsigned seen = is_awake(w, p->a) + is_awake(w, p->b);
+        if (!seen) continue;
+        since[w->active_pairs.count - first] = p->active_tick;
+        units += (uint64_t)seen * A_PAIR_SEEN + pair_activate(w, id);
+    }
+    if (units > w->slice) {
+        for (size_t i = first; i < w->active_pairs.count; i++)
+            pair_set_active_tick(&w->pairs.at[w->active_pairs.at[i]], since[i - first]);
+        w->active_pairs.count = w->active.count = first;
+        return false;
+    }
+    for (size_t i = 0; i < w->awake.count; i++) {
+        body *b = &w->bodies.at[w->awake.at[i]];
+        if (b->used && !b->ghost) b->gathered_tick = w->figures.ticks;
+    }
+    *spent = units;
+    return true;
+}
+
 void slices_take(world *w, uint64_t spent)
 {
     uint32_t recent = WORLD_NONE;
     unpark(w);
     bool direct = !w->due && !broad_unsearched_count(w->broad);
     for (size_t i = 0; i < w->fresh_now.count; i++) w->bodies.at[w->fresh_now.at[i]].changed_tick = w->figures.ticks;
-    for (size_t i = 0; i < w->awake.count; i++) {
+    bool at_once = direct && !w->figures.pairs_left_out && take_all_at_once(w, &spent);
+    for (size_t i = 0; i < w->awake.count && !at_once; i++) {
         fetch_awake_ahead(w, i);
         take_or_put_off(w, w->awake.at[i], direct, &spent, &recent);
     }

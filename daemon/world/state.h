@@ -83,7 +83,8 @@ typedef struct body {
 
     /* What a tick looks at of each body that it takes, and of each beside it: one cache line. */
     _Alignas(64) uint32_t *shapes;
-    size_t shape_count;
+    uint32_t shape_count;
+    uint32_t only_shape; /* where it has one, `shapes` is that: body_make_shapes */
     double widen;   /* m, half of the farthest range that a subscription wants of it, and all of its rules' reach */
     double horizon; /* s: the farthest that a subscription wants predicted of it: its box holds all that it may do */
     uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
@@ -154,21 +155,24 @@ _Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) =
                    offsetof(body, name) == offsetof(body, deadline_ns) + 64,
     "a line each");
 
-typedef struct collider {     /* a shape of a body: the broad phase's proxy under the same id */
-    _Alignas(64) shape shape; /* a line for this, ... */
-    double reach;             /* ... and one for all else that each tick looks at; of the shape about its own origin */
+typedef struct collider { /* a shape of a body: the broad phase's proxy under the same id */
+    /* In the world, where it was settled last: collider_pose, unless it is in a pair. A line of this and its reach
+     * about its own origin: all that most pairs are looked at for; ... */
+    _Alignas(64) pose world;
+    double reach;
+    shape shape; /* ... one for this; ... */
     uint32_t body;
-    int32_t index;            /* in the body */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
-    bool at_origin;           /* of the body, and not turned: `local` is the identity */
-    bool used, ghost;
-    bool kept;     /* as a body's */
-    pose world;    /* where it was settled last: collider_pose, unless it is in a pair */
+    int32_t index : 24;       /* in the body */
+    bool at_origin : 1;       /* of the body, and not turned: `local` is the identity */
+    bool used : 1, ghost : 1;
+    bool kept : 1; /* as a body's */
+    bool shadow : 1; /* of a soft surface: see soft_state.h */
     aabb box;      /* of the shape at `world`, not fat */
     pose local;    /* in the body */
-    compound *own; /* what shape.compound is, or NULL */
-    bool shadow;   /* of a soft surface: see soft_state.h */
 } collider;
+_Static_assert(offsetof(collider, shape) == 64 && sizeof(collider) == 320, "five lines");
+enum { SHAPES_OF_A_BODY_MOST = (1 << 23) - 1 };
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
     uint64_t filter_a, filter_b; /* body.ruling; 0: none is kept */
@@ -216,41 +220,54 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
     bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
 } standing;
 
-typedef struct pair {
-    _Alignas(64) uint32_t a; /* colliders, in canonical order: this, ... */
-    uint32_t b;              /* ... and this */
-    uint32_t first_watch;
-    uint32_t wanted;      /* index of match.lists, as of ... */
-    uint32_t edition;     /* ... match.edition; 0: of none */
-    uint32_t asked_epoch; /* of world.epoch, for which ... */
-    double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see cascade.c */
-    uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
-    double padding, margin; /* m: of its pair_terms, as is ... */
-    int8_t looks;           /* ... this */
-    bool used;
-    bool ruled, jumped; /* active: since it was so last, a filter of the two has changed; one has teleported */
-    bool lingers;       /* its boxes have parted, but somebody was told of it: no event follows from boxes */
-
-    narrow_cache cache; /* two lines more; what follows is of pairs that are bounded or swept */
-
+/* What is kept of pairs that are bounded or searched: beside them, under the same id, and memory only where there are
+ * any. Read by pair_more_of, written by pair_more_make. */
+typedef struct pair_more {
     vec3 free_axis; /* a world direction that kept it free along its predicted motion; zero: none is known */
     standing standing;
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
-    uint8_t waited;      /* ticks in a row in which the budget left it */
-    bool search_waits;   /* some of its searches were put off, ... */
-    bool swept_wait;     /* ... of swept motions, too: it is in ... */
-    uint8_t wait_list;   /* ... this one of world.waiting, ... */
+    uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
+    uint8_t wait_list;   /* while its search waits, it is in this one of world.waiting, ... */
     uint32_t wait_next, wait_before; /* ... behind and before whom */
     uint32_t search_units;           /* that the dearest of its last searches took; 0: there was none */
     uint32_t swept_from;      /* the subscription with which the searches of the tick behind this one go on: ... */
     uint64_t swept_tick;      /* ... in which its motions were searched last, while some are kept */
     uint64_t predicted_round; /* the tick in which a round of what is predicted began that ... */
     uint32_t predicted_from;  /* ... goes on with this subscription; 0: none is under way */
-    uint8_t barren;           /* searches for one in a row that were in vain: the next one comes so much later */
-    uint32_t payer;           /* of world.payers: whom it is charged to, unless it lingers */
+} pair_more;
+
+typedef struct pair {
+    _Alignas(64) uint32_t a; /* colliders, in canonical order: this, ... */
+    uint32_t b;              /* ... and this */
+    uint32_t first_watch;
+    uint32_t asked_epoch;      /* of world.epoch, for which ... */
+    double beyond;             /* ... m: proven to be farther apart than this, nobody is told of it; see cascade.c */
+    uint64_t active_tick : 56; /* in which it was last put on the active list; of one that has just begun, the one
+                                  before: pair_set_active_tick */
+    bool used : 1;
+    bool ruled : 1, jumped : 1; /* active: since it was so last, a filter of the two has changed; one has teleported */
+    bool lingers : 1;           /* its boxes have parted, but somebody was told of it: no event follows from boxes */
+    bool is_reported : 1;   /* somebody has been told how it stands: it is decided in full; see pair_note_reported */
+    bool at_origins : 1;    /* both colliders are */
+    bool has_more : 1;      /* its pair_more is its own */
+    uint32_t wanted;        /* index of match.lists, as of ... */
+    uint32_t edition;       /* ... match.edition; 0: of none */
+    narrow_cache cache;     /* what most pairs are looked at for ends within it, with the second line */
+    double padding, margin; /* m: of its pair_terms, as is ... */
+    int8_t looks;           /* ... this */
+    uint8_t waited;         /* ticks in a row in which the budget left it */
+    bool search_waits : 1;  /* some of its searches were put off, ... */
+    bool swept_wait : 1;    /* ... of swept motions, too */
+    uint32_t payer;         /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
-_Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at");
+_Static_assert(offsetof(pair, cache) + offsetof(narrow_cache, hint_a) == 128 && sizeof(pair) == 192,
+    "two lines for what each tick looks at, and one more");
+
+static inline void pair_set_active_tick(pair *p, uint64_t tick)
+{
+    p->active_tick = tick & ((UINT64_C(1) << 56) - 1);
+}
 
 enum { SETTLED, SETTLES_NEXT, SETTLES_NOW };
 
@@ -376,17 +393,20 @@ struct world {
     ARRAY(collider) colliders;
     ARRAY(subscription) subscriptions;
     ARRAY(pair) pairs;
+    ARRAY(pair_more) pairs_more; /* under the ids of pairs; its count is not kept */
     ARRAY(watch) watches;
     ARRAY(last_contact) last_contacts; /* these three under the ids of watches */
     ARRAY(last_points) last_points;
     ARRAY(world_event) last_predicted;
     id_pool body_ids, collider_ids, subscription_ids, pair_ids, watch_ids;
-    pair_map pair_of; /* key of two colliders -> pair */
-    pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
-    match match;      /* which subscriptions want which bodies */
-    rule_sets rules;  /* what the patterns of rules say of names */
-    ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
-    uint64_t ruling;  /* counts filters, from 1 */
+    pair_map pair_of;            /* key of two colliders -> pair */
+    pair_map names;              /* hash of a name -> body; colliding hashes are probed on with the next key */
+    match match;                 /* which subscriptions want which bodies */
+    rule_sets rules;             /* what the patterns of rules say of names */
+    ruling *rulings;             /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
+    uint64_t ruling;             /* counts filters, from 1 */
+    uint64_t shapes_edition;     /* counts changes of bodies' shapes */
+    struct world_checks *checks; /* see checks.c; NULL: nobody has asked */
 
     ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
     uint64_t effort;       /* of these, units: see effort.c */
@@ -395,11 +415,12 @@ struct world {
     bool in_parts;         /* some may be left: a step has moved them */
     uint64_t left_effort;  /* ... units */
     ARRAY(mover) movers;
-    ARRAY(uint32_t) mover_at; /* of each that was dirty */
-    uint64_t moves_before;    /* figures.moves, at the last tick */
-    size_t wide;              /* bodies that take much more of it than most, see effort.c */
-    ARRAY(uint32_t) awake;    /* of these, those that were not calm, in their order: made by body_settle_dirty */
-    ARRAY(uint32_t) glided;   /* those that were, until they came into a pair in this tick */
+    ARRAY(uint32_t) mover_at;   /* of each that was dirty */
+    uint64_t moves_before;      /* figures.moves, at the last tick */
+    size_t wide;                /* bodies that take much more of it than most, see effort.c */
+    ARRAY(uint32_t) awake;      /* of these, those that were not calm, in their order: made by body_settle_dirty */
+    ARRAY(uint64_t) awake_bits; /* of their colliders: see slices.c */
+    ARRAY(uint32_t) glided;     /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) changed_subscriptions; /* since the last tick, or closed by it */
     ARRAY(uint32_t) unsettled;             /* subscriptions for which not all bodies have been looked at */
@@ -418,6 +439,7 @@ struct world {
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
+    ARRAY(uint32_t) told;       /* of them, those that have a result: for events.c, which reports them */
     ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
     ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
@@ -488,6 +510,12 @@ _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three c
 _Static_assert(offsetof(body, fit_slack) == 252, "and one more where its region has to be found anew");
 
 /* body.c */
+/* Room for that many in b->shapes, and no more room for them. */
+void body_make_shapes(body *b, size_t count);
+void body_free_shapes(body *b);
+/* A copy of that text, or what stands for none: most bodies have no group. */
+void body_set_group(body *b, const char *group);
+void body_free_group(body *b);
 void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
 void body_arrive(world *w, uint32_t id);  /* where it is, it was at the last tick */
 void body_reap(world *w);
@@ -505,6 +533,10 @@ static inline vec3 body_step(const body *b)
     return vec_sub(b->pose.p, b->before.p);
 }
 void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its motion; else zeros */
+
+/* checks.c */
+typedef struct world_checks world_checks;
+void checks_free(world *w);
 
 /* body_names.c */
 void body_add_name(world *w, uint32_t body); /* to be found by it */
@@ -663,13 +695,31 @@ static inline bool slices_is_dear(const collider *s)
 }
 void slices_report(world *w);      /* after the tick: what is pending */
 void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
-/* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two colliders and
+/* Brings active_pairs, and their keys in w->active, into the order of these. Where the ids of two colliders and
  * of the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t collider_a, uint32_t collider_b);
 
 /* Has anybody been told how it stands? Then it is decided in full. */
-bool pair_is_reported(const world *w, const pair *p);
+static inline bool pair_is_reported(const pair *p)
+{
+    return p->is_reported;
+}
+void pair_note_reported(world *w, uint32_t pair); /* its watches have changed */
+void pair_reserve(world *w, size_t count);
+static inline const pair_more *pair_more_of(const world *w, const pair *p)
+{
+    static const pair_more NONE;
+    return p->has_more ? &w->pairs_more.at[p - w->pairs.at] : &NONE;
+}
+/* To be written. By whoever decides the pair, or the tick thread. */
+static inline pair_more *pair_more_make(const world *w, pair *p)
+{
+    pair_more *m = &w->pairs_more.at[p - w->pairs.at];
+    if (!p->has_more) memset(m, 0, sizeof *m);
+    p->has_more = true;
+    return m;
+}
 bool pair_is_predicted(const world *w, const pair *p);
 
 /* swept.c */

@@ -50,6 +50,7 @@ static void rest_lively(world *w)
         subscription *i = &w->subscriptions.at[w->lively.at[k]];
         bool owes = i->snapshot || i->snapping || i->closing || i->settling || i->all || i->held.count;
         i->events.count = i->images.count = i->undone = 0;
+        if (i->images_reported && !i->snapping) array_free(&i->images); /* seldom needed again, and large */
         i->images_begin = i->images_reported = false;
         i->lively = i->used && (owes || i->reported != w->reported_in_common);
         if (i->lively) w->lively.at[kept++] = w->lively.at[k];

@@ -39,6 +39,7 @@ void world_trim(world *w)
     array_trim(&w->active);
     array_trim(&w->active_pairs);
     array_trim(&w->outcomes);
+    array_trim(&w->told);
     array_trim(&w->open);
     array_trim(&w->needs);
     array_trim(&w->results);

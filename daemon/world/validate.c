@@ -23,15 +23,20 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
         lingering += at->lingers;
         if (at->lingers && at->first_watch == WORLD_NONE) return "a pair lingers for nobody";
         if (pair_find(w, at->a, at->b) != p) return "a pair is not in the map";
+        if (at->at_origins != (w->colliders.at[at->a].at_origin && w->colliders.at[at->b].at_origin))
+            return "a pair is not at its bodies' origins";
         uint32_t last = 0;
+        bool reported = false;
         for (uint32_t v = at->first_watch; v != WORLD_NONE; v = w->watches.at[v].pair_next) {
             const char *fault = check_watch(w, v);
             if (fault) return fault;
             if (v != at->first_watch && w->watches.at[v].subscription <= last) return "watches of a pair out of order";
             last = w->watches.at[v].subscription;
+            reported |= w->watches.at[v].touch_id || w->watches.at[v].near_id;
             ++*watches;
             *contacts += w->watches.at[v].touch_id != 0;
         }
+        if (reported != at->is_reported) return "a pair does not know whether it was reported";
     }
     if (pairs != w->figures.pairs) return "pairs miscounted";
     if (lingering != w->lingers || lingering != w->lingering.count) return "lingering pairs miscounted";

@@ -70,6 +70,41 @@ world_event watch_contact(const world *w, uint32_t id)
     return e;
 }
 
+static bool is_vec(const vec3 *a, const vec3 *b)
+{
+    return memcmp(a, b, sizeof *a) == 0; /* the same bits */
+}
+
+static bool are_points(const last_points *kept, const manifold *m)
+{
+    bool same = true;
+    for (uint32_t i = 0; same && i < m->count; i++) {
+        const manifold_point *p = &kept->at[i], *q = &m->points[i];
+        same = p->feature == q->feature && is_vec(&p->point, &q->point) &&
+               memcmp(&p->distance, &q->distance, sizeof p->distance) == 0;
+    }
+    return same;
+}
+
+bool watch_has_said(const world *w, uint32_t id, const world_event *e)
+{
+    const last_contact *l = &w->last_contacts.at[id];
+    const body *a = &w->bodies.at[w->colliders.at[w->pairs.at[w->watches.at[id].pair].a].body];
+    bool turned = e->name_a != a->name;
+    return memcmp(&l->lo, &e->lo, sizeof l->lo) == 0 && memcmp(&l->hi, &e->hi, sizeof l->hi) == 0 &&
+           is_vec(&l->axis, &e->axis) && is_vec(&l->point_a, &e->point_a) && is_vec(&l->point_b, &e->point_b) &&
+           memcmp(&l->closing, &e->closing, sizeof l->closing) == 0 && l->achieved == e->achieved &&
+           l->shape_a == e->shape_a && l->shape_b == e->shape_b && l->turned == turned &&
+           l->points == e->manifold.count && are_points(&w->last_points.at[id], &e->manifold);
+}
+
+void watch_fetch_last(const world *w, uint32_t id)
+{
+    const last_contact *l = &w->last_contacts.at[id];
+    __builtin_prefetch(l, 1);
+    __builtin_prefetch((const char *)l + 64, 1);
+}
+
 void watch_keep_predicted(world *w, uint32_t id, const world_event *e)
 {
     w->watches.at[id].has_predicted = true;
@@ -150,6 +185,7 @@ void watch_drop(world *w, uint32_t id)
     bool old = watch_is_old(w, v);
     leave_list(w, id);
     v->used = false;
+    pair_note_reported(w, v->pair);
     w->subscriptions.at[v->subscription].watches--;
     w->subscriptions.at[v->subscription].olds -= old;
     w->olds -= old;

@@ -94,7 +94,8 @@ static double step_of(const world *w, const collider *s)
 static uint64_t need_of(const world *w, uint32_t k)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[k]];
-    double next = p->standing.lo - step_of(w, &w->colliders.at[p->a]) - step_of(w, &w->colliders.at[p->b]);
+    double next =
+        pair_more_of(w, p)->standing.lo - step_of(w, &w->colliders.at[p->a]) - step_of(w, &w->colliders.at[p->b]);
     uint64_t rank = p->waited >= WAITS_MAX ? 0 : p->waited ? 1 : 2;
     return rank << 60 | ascending((float)next) << 28 | k;
 }

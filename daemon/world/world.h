@@ -123,6 +123,14 @@ world_status world_hold_body(world *w, uint32_t id);
 uint32_t world_find_body(const world *w, const char *name); /* WORLD_NONE */
 const char *world_body_name(const world *w, uint32_t id);   /* NULL if unknown */
 pose world_body_pose(const world *w, uint32_t id);
+/* Where it is now, and how it stands: for whoever looks at all of them again and again. False if unknown. */
+typedef struct world_glance {
+    const pose *pose; /* the world's own */
+    bool fixed, stale, held, pending, swept, one_way;
+} world_glance;
+bool world_glance_at(const world *w, uint32_t id, world_glance *out);
+/* Does a pattern ("*", "?", "group:NAME") match a body of that name and group? Walks the pattern: for few questions. */
+bool world_pattern_matches(const char *pattern, const char *name, const char *group);
 int64_t world_body_stamp_ns(const world *w, uint32_t id);
 /* The definition as it is now, with the newest pose; `shapes` has room for shape_count of them (0: ask with NULL).
  * Texts and rules are the world's own, until the next call that changes it. */
@@ -138,8 +146,8 @@ typedef enum world_fact {
     WORLD_MANIFOLD = 4,
     WORLD_IMPACT = 8,    /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
     WORLD_PREDICT = 16,  /* contacts to come within the horizon, from velocities */
-    WORLD_FEATURES = 32, /* of soft bodies: the features that meet on the way of each step ... */
-    WORLD_SAFE_STEP = 64 /* ... and the share of the way that is proven to be free */
+    WORLD_FEATURES = 128, /* of soft bodies: the features that meet on the way of each step ... */
+    WORLD_SAFE_STEP = 256 /* ... and the share of the way that is proven to be free */
 } world_fact;
 
 /* How far a pair is looked into for touch, distance and manifold. One that several subscriptions share gets what the
@@ -232,6 +240,8 @@ typedef struct world_event {
     int64_t age_a_ns, age_b_ns;  /* -1 = fixed or not stamped */
     double closing;      /* m/s, of the two points along the axis, from the bodies' velocities as far as they are
                             known; positive = they approach; of impacts, at impact.lo */
+    pose pose_a, pose_b; /* of the bodies, for which lo, hi, axis and points are; all 0: not kept (of a snapshot, or of
+                            what ends), or those of the impact */
     manifold manifold;   /* points in the world frame */
     world_impact impact; /* IMPACT, PREDICTED: lo, hi, axis and points are those at impact.lo */
 } world_event;

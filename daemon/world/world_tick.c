@@ -68,8 +68,8 @@ static void free_bodies(world *w)
         }
         free(b->rules);
         free(b->name);
-        free(b->group);
-        free(b->shapes);
+        body_free_group(b);
+        body_free_shapes(b);
         array_free(&b->passed);
         for (size_t k = 0; k < b->past.count; k++) free(b->past.at[k].passed);
         array_free(&b->past);
@@ -100,6 +100,7 @@ void world_destroy(world *w)
     for (unsigned i = 0; i < workers_count(w->workers); i++) free(w->scratch[i]);
     workers_destroy(w->workers);
     broad_destroy(w->broad);
+    checks_free(w);
     free_bodies(w);
     free_subscriptions(w);
     match_free(&w->match);
@@ -120,6 +121,7 @@ void world_destroy(world *w)
     array_free_in_place(&w->colliders);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free_in_place(&w->pairs);
+    array_free_in_place(&w->pairs_more);
     free(w->rulings);
     array_free_in_place(&w->watches);
     array_free_in_place(&w->last_contacts);
@@ -130,6 +132,7 @@ void world_destroy(world *w)
     array_free(&w->movers);
     array_free(&w->mover_at);
     array_free(&w->awake);
+    array_free(&w->awake_bits);
     array_free(&w->glided);
     array_free(&w->past_bodies);
     array_free(&w->sort_scratch);
@@ -146,6 +149,7 @@ void world_destroy(world *w)
     array_free(&w->active);
     array_free(&w->active_pairs);
     array_free(&w->outcomes);
+    array_free(&w->told);
     array_free(&w->open);
     array_free(&w->needs);
     array_free(&w->unfinished);

@@ -234,8 +234,34 @@ enum {
     WIRE_FACT_MANIFOLD = 4,
     WIRE_FACT_IMPACT = 8,
     WIRE_FACT_PREDICT = 16,
-    WIRE_FACT_FEATURES = 32, /* of soft bodies (wire_soft.h): which features meet on the way of each step */
-    WIRE_FACT_SAFE_STEP = 64 /* and which share of the way is proven to be free */
+    WIRE_FACT_SCENE =
+        32, /* alone: the bodies that match select_a, and their poses (WIRE_EXTENSION_SCENE, _BODY_POSES) */
+    WIRE_FACT_POSES = 64, /* with others: each event carries the poses that it is proven for (WIRE_EXTENSION_POSES) */
+    WIRE_FACT_FEATURES = 128, /* of soft bodies (wire_soft.h): which features meet on the way of each step */
+    WIRE_FACT_SAFE_STEP = 256 /* and which share of the way is proven to be free */
+};
+
+/* Records in `extensions` that are given out: README.md tells their octets. */
+enum {
+    WIRE_EXTENSION_POSES = 1,      /* EventBatch: poses of both bodies of each event */
+    WIRE_EXTENSION_SCENE = 2,      /* EventBatch: bodies that have come, changed or gone */
+    WIRE_EXTENSION_BODY_POSES = 3, /* EventBatch: poses and flags of bodies, those that have changed */
+    WIRE_EXTENSION_GEOMETRY = 4,   /* Answer: a piece of a geometry */
+    WIRE_EXTENSION_CHECK = 5,      /* Query: a robot, and its configurations or motions (wire_robot.h) */
+    WIRE_EXTENSION_CHECKED = 6,    /* Answer: what became of each of them */
+    WIRE_EXTENSION_SOFT = 7,       /* and 8 to 10: soft bodies (wire_soft.h) */
+    WIRE_EXTENSION_LAST = 10
+};
+
+/* Of a body in a scene, added up. */
+enum {
+    WIRE_SEEN_STALE = 1,   /* past its deadline: its pairs are unknown */
+    WIRE_SEEN_HELD = 2,    /* its client was lost, and it stays: unknown until that is back */
+    WIRE_SEEN_PENDING = 4, /* pairs of it are not decided yet */
+    WIRE_SEEN_FIXED = 8,
+    WIRE_SEEN_SOFT = 16,  /* room for deformable bodies */
+    WIRE_SEEN_SWEPT = 32, /* its motion between two poses is swept */
+    WIRE_SEEN_ONE_WAY = 64
 };
 
 /* How far a pair is looked into for its touch, distance and manifold. A pair that several subscriptions share gets what
@@ -289,7 +315,10 @@ enum {
     WIRE_QUERY_CAST = 6,    /* origin, orientation, half, direction, length: first hit of a box that moves along it */
     WIRE_QUERY_BODIES = 7,  /* name_a as a pattern: list of bodies with their poses */
     WIRE_QUERY_RECORD = 8,  /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
-    WIRE_QUERY_SWEEP = 9    /* name_a, linear, angular, span_s: what that body would meet first, if it moved so */
+    WIRE_QUERY_SWEEP = 9,   /* name_a, linear, angular, span_s: what that body would meet first, if it moved so */
+    WIRE_QUERY_GEOMETRY =
+        10,               /* name_a: a body; name_b: the hash of a geometry of it, 16 hex digits; most: which piece */
+    WIRE_QUERY_CHECK = 11 /* configurations or motions of a robot: WIRE_EXTENSION_CHECK says which */
 };
 
 typedef struct wire_query {

@@ -140,12 +140,14 @@ static wire_reason check_accuracy(const wire_subscription *m, wire_refusal *why)
 static wire_reason check_subscription(const wire_subscription *m, wire_refusal *why)
 {
     int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT |
-                    WIRE_FACT_FEATURES | WIRE_FACT_SAFE_STEP;
+                    WIRE_FACT_SCENE | WIRE_FACT_POSES | WIRE_FACT_FEATURES | WIRE_FACT_SAFE_STEP;
     TRY(check_sender(m->client, m->sequence, why));
     TRY(check_between("subscription_id", m->subscription, 0, INT32_MAX, why));
     TRY(check_between("removed", m->removed, 0, 1, why));
     if (m->removed) return WIRE_OK;
     TRY(check_between("facts", m->facts, 1, known, why));
+    if ((m->facts & WIRE_FACT_SCENE && m->facts != WIRE_FACT_SCENE) || m->facts == WIRE_FACT_POSES)
+        FAIL(WIRE_UNSUPPORTED, "facts is %d: 32 (a scene) stands alone, 64 (poses) with facts about pairs", m->facts);
     TRY(check_stream(m->stream, why));
     TRY(check_pattern("select_a", m->select_a, why));
     TRY(check_pattern("select_b", m->select_b, why));
@@ -172,7 +174,7 @@ static wire_reason check_query_needs(const wire_query *m, wire_refusal *why)
     bool origin = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_BOX || m->kind == WIRE_QUERY_CAST ||
                   (m->kind == WIRE_QUERY_NEAREST && !*m->name_a);
     bool direction = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_CAST;
-    bool pair = m->kind == WIRE_QUERY_DISTANCE || m->kind == WIRE_QUERY_EXPLAIN;
+    bool pair = m->kind == WIRE_QUERY_DISTANCE || m->kind == WIRE_QUERY_EXPLAIN || m->kind == WIRE_QUERY_GEOMETRY;
     if (m->kind == WIRE_QUERY_SWEEP) TRY(check_name("name_a", m->name_a, why));
     if (origin) TRY(check_count("origin", m->origin.count, 3, 1, why));
     if (direction) TRY(check_count("direction", m->direction.count, 3, 1, why));
@@ -200,7 +202,7 @@ static wire_reason check_sweep(const wire_query *m, wire_refusal *why)
 static wire_reason check_query(const wire_query *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_SWEEP, why));
+    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_CHECK, why));
     TRY(check_label("name_a", m->name_a, why));
     TRY(check_label("name_b", m->name_b, why));
     TRY(check_optional("origin", m->origin.count, 3, 1, why));

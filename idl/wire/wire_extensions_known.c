@@ -2,19 +2,13 @@
 #include "wire_extensions.h"
 #include "wire_soft.h"
 
+/* Each has a row in README.md. */
 bool wire_extension_is_known(wire_kind kind, uint32_t id)
 {
-    static const struct known {
-        wire_kind kind;
-        uint32_t id;
-    } KNOWN[] = {
-        /* as the table in README.md has them */
-        {WIRE_VERTEX_BATCH, WIRE_SOFT_FRAME},
-        {WIRE_VERTEX_BATCH, WIRE_SOFT_SINGLES},
-        {WIRE_SUBSCRIPTION, WIRE_SOFT_INTEREST},
-        {WIRE_EVENT_BATCH, WIRE_SOFT_STEP},
-    };
-    for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++)
-        if (KNOWN[i].kind == kind && KNOWN[i].id == id) return true;
-    return false;
+    if (kind == WIRE_QUERY) return id == WIRE_EXTENSION_CHECK;
+    if (kind == WIRE_ANSWER) return id == WIRE_EXTENSION_GEOMETRY || id == WIRE_EXTENSION_CHECKED;
+    if (kind == WIRE_VERTEX_BATCH) return id == WIRE_SOFT_FRAME || id == WIRE_SOFT_SINGLES;
+    if (kind == WIRE_SUBSCRIPTION) return id == WIRE_SOFT_INTEREST;
+    if (kind != WIRE_EVENT_BATCH) return false;
+    return (id >= WIRE_EXTENSION_POSES && id <= WIRE_EXTENSION_BODY_POSES) || id == WIRE_SOFT_STEP;
 }

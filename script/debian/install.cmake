@@ -35,6 +35,15 @@ install(FILES ${PROJECT_SOURCE_DIR}/client/collided.h DESTINATION ${CMAKE_INSTAL
 configure_file(${debian}/collided.pc.in ${prepared}/collided.pc @ONLY)
 install(FILES ${prepared}/collided.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-dev)
 
+# The checker of certificates: static, so that a program needs nothing of it where it runs.
+install(FILES ${PROJECT_BINARY_DIR}/client/check/stripped/libcollided_check.a DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/check/collided_check.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/check/CERTIFICATE.md DESTINATION ${doc}/libcollided-dev COMPONENT libcollided-dev)
+configure_file(${debian}/collided_check.pc.in ${prepared}/collided_check.pc @ONLY)
+install(FILES ${prepared}/collided_check.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-dev)
+
 set(config ${CMAKE_INSTALL_LIBDIR}/cmake/collided)
 configure_package_config_file(${debian}/collidedConfig.cmake.in ${prepared}/collidedConfig.cmake
   INSTALL_DESTINATION ${config} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)

@@ -4,10 +4,8 @@
  * the shared folder is not there. One thread, one worker. */
 #include "bench.h"
 
-#include "base/array.h"
-#include "geom/mesh.h"
 #include "loaders/fit/fit_robot.h"
-#include "world/world.h"
+#include "robot_world.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -95,68 +93,11 @@ static void prepare(subject *s)
 typedef struct player {
     world *w;
     uint32_t ids[LINKS_MAX];
-    ARRAY(hull *) hulls;
-    ARRAY(mesh *) meshes;
+    robot_world geometry;
     bench_samples ticks;
     int64_t sum_ns;
     uint64_t events;
 } player;
-
-static pose to_pose(const collided_pose *p)
-{
-    const double *x = p->position, *q = p->orientation;
-    return (pose){{x[0], x[1], x[2]}, {q[0], q[1], q[2], q[3]}};
-}
-
-static world_shape to_shape(player *p, const load_shape *from)
-{
-    static const shape_type types[] = {[COLLIDED_SPHERE] = SHAPE_SPHERE,
-        [COLLIDED_CAPSULE] = SHAPE_CAPSULE,
-        [COLLIDED_BOX] = SHAPE_BOX,
-        [COLLIDED_CYLINDER] = SHAPE_CYLINDER,
-        [COLLIDED_HULL] = SHAPE_HULL,
-        [COLLIDED_MESH] = SHAPE_MESH};
-    const collided_shape *s = &from->shape;
-    world_shape out = {.shape = {.type = types[s->type],
-                           .radius = s->radius,
-                           .deviation = s->deviation,
-                           .half = {s->half[0], s->half[1], s->half[2]}},
-        .local = to_pose(&s->pose)};
-    hull *h = NULL;
-    mesh *m = NULL;
-    const mesh_triangles *t = &from->triangles;
-    bool good = true;
-    if (s->type == COLLIDED_HULL) good = hull_build(from->points.at, from->points.count, 0, &h) == HULL_OK;
-    if (s->type == COLLIDED_MESH) good = mesh_build(t->points, t->point_count, t->corners, t->count, &m) == MESH_OK;
-    if (!good) abort();
-    if (h) array_push(&p->hulls, h);  /* NOLINT(bugprone-sizeof-expression): pointers are what it keeps */
-    if (m) array_push(&p->meshes, m); /* NOLINT(bugprone-sizeof-expression) */
-    out.shape.hull = m ? m->hull : h;
-    out.shape.mesh = m;
-    return out;
-}
-
-static void put_body(player *p, size_t index, const load_body *from)
-{
-    world_shape shapes[LOAD_SHAPES_MAX];
-    filter_rule *rules = calloc(from->rule_count + 1, sizeof *rules);
-    if (!rules) abort();
-    for (size_t i = 0; i < from->rule_count; i++)
-        rules[i] = (filter_rule){.pattern = from->rules[i].pattern, .allow = true, .reason = from->rules[i].reason};
-    for (size_t i = 0; i < from->shape_count; i++) shapes[i] = to_shape(p, &from->shapes[i]);
-    world_body def = {.name = from->name,
-        .group = "",
-        .category = 1,
-        .mask = 1,
-        .pose = to_pose(&from->pose),
-        .shapes = shapes,
-        .shape_count = from->shape_count,
-        .rules = rules,
-        .rule_count = from->rule_count};
-    p->ids[index] = WORLD_NONE;
-    world_put_body(p->w, &p->ids[index], &def);
-    free(rules);
-}
 
 static void player_begin(player *p, const load_bodies *bodies, unsigned facts, size_t ticks)
 {
@@ -167,24 +108,21 @@ static void player_begin(player *p, const load_bodies *bodies, unsigned facts, s
     *p = (player){.w = world_create(&o)};
     world_put_subscription(p->w, &id, &subscription);
     if (bodies->count > LINKS_MAX || !bench_samples_init(&p->ticks, ticks)) abort();
-    for (size_t i = 0; i < bodies->count; i++) put_body(p, i, &bodies->at[i]);
+    for (size_t i = 0; i < bodies->count; i++) p->ids[i] = robot_world_put(&p->geometry, p->w, &bodies->at[i]);
 }
 
 static void player_end(player *p)
 {
     world_destroy(p->w);
     bench_samples_free(&p->ticks);
-    for (size_t i = 0; i < p->hulls.count; i++) hull_destroy(p->hulls.at[i]);
-    for (size_t i = 0; i < p->meshes.count; i++) mesh_destroy(p->meshes.at[i]);
-    array_free(&p->hulls);
-    array_free(&p->meshes);
+    robot_world_free(&p->geometry);
 }
 
 static void player_tick(player *p, int tick, const collided_pose *poses, size_t count)
 {
     world_batches out;
     int64_t start = bench_now_ns();
-    for (size_t i = 0; i < count; i++) world_move_body(p->w, p->ids[i], to_pose(&poses[i]), 0, NULL, NULL);
+    for (size_t i = 0; i < count; i++) world_move_body(p->w, p->ids[i], robot_world_pose(&poses[i]), 0, NULL, NULL);
     world_tick(p->w, tick, &out);
     int64_t took = bench_now_ns() - start;
     bench_samples_add(&p->ticks, took);

@@ -47,6 +47,7 @@ static void add_pairs(world *w, size_t count, unsigned of_colliders, unsigned of
         pair_map_put(&w->pair_of, pair_key(a, b), id);
         list[w->active_pairs.count] = (entry){pair_key(a, b), id};
         array_push(&w->active_pairs, id);
+        array_push(&w->active, pair_key(a, b));
     }
 }
 

@@ -1,0 +1,104 @@
+/* ask: questions of a page, put to the daemon and answered one at a time. */
+#include "json.h"
+#include "web.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PATIENCE_S 1.0
+
+static void put_hit(json *j, const collided_hit *h, bool is_body)
+{
+    json_raw(j, "{");
+    json_name(j, "name_a");
+    json_text(j, h->name_a);
+    json_name(j, "name_b");
+    json_text(j, h->name_b);
+    json_name(j, "age_s");
+    json_number(j, h->age_s);
+    json_name(j, "stale");
+    json_flag(j, h->stale);
+    if (is_body) {
+        json_name(j, "position");
+        json_numbers(j, h->point_a, 3);
+        json_name(j, "orientation");
+        json_numbers(j, h->orientation, 4);
+    } else {
+        json_name(j, "lo");
+        json_number(j, h->lo);
+        json_name(j, "hi");
+        json_number(j, h->hi);
+        json_name(j, "axis");
+        json_numbers(j, h->axis, 3);
+        json_name(j, "point_a");
+        json_numbers(j, h->point_a, 3);
+        json_name(j, "point_b");
+        json_numbers(j, h->point_b, 3);
+        json_name(j, "achieved");
+        json_count(j, h->achieved);
+    }
+    json_raw(j, "}");
+}
+
+static void answer(web *w, viewer *v, const request *q, const char *status, const collided_result *r)
+{
+    json j = {0};
+    json_raw(&j, "{");
+    json_name(&j, "id");
+    json_count(&j, q->id);
+    json_name(&j, "status");
+    json_text(&j, status);
+    json_name(&j, "text");
+    json_text(&j, r && r->text ? r->text : "");
+    json_name(&j, "tick");
+    json_whole(&j, r ? r->tick : 0);
+    json_name(&j, "hits");
+    json_raw(&j, "[");
+    bool is_body = strcmp(q->what, "body") == 0, first = true;
+    for (size_t i = 0; r && i < r->count; i++) {
+        if (is_body && strcmp(r->hits[i].name_a, q->a) != 0) continue; /* a name may look like a pattern */
+        if (!first) json_raw(&j, ",");
+        put_hit(&j, &r->hits[i], is_body);
+        first = false;
+    }
+    json_raw(&j, "]}");
+    frame_text(&w->scratch, FRAME_ANSWER, w->mirror, j.at);
+    viewer_queue(v, &w->scratch);
+    free(j.at);
+}
+
+static void answer_geometry(web *w, viewer *v, const request *q)
+{
+    collided_geometry_numbers numbers = {0};
+    collided_status status = COLLIDED_UNKNOWN_ID;
+    if (q->number < w->mirror->geometry_count) {
+        const mirror_geometry *g = &w->mirror->geometries[q->number];
+        collided_geometry hash = {g->hash};
+        status = collided_query_geometry(w->client, w->mirror->bodies[g->body].name, hash, PATIENCE_S, &numbers);
+    }
+    frame_geometry(&w->scratch, w->mirror, (uint32_t)q->number, q->id, status == COLLIDED_OK ? &numbers : NULL);
+    viewer_queue(v, &w->scratch);
+    collided_geometry_numbers_free(&numbers);
+}
+
+void ask_answer(web *w, viewer *v, const request *q)
+{
+    collided_result r = {0};
+    double tolerance = isnan(q->tolerance_m) ? 1e-6 : q->tolerance_m;
+    collided_status status = COLLIDED_BAD_ARGUMENT;
+    if (!w->connected) {
+        answer(w, v, q, collided_status_text(COLLIDED_NO_DAEMON), NULL);
+        return;
+    }
+    if (strcmp(q->what, "geometry") == 0) {
+        answer_geometry(w, v, q);
+        return;
+    }
+    if (strcmp(q->what, "explain") == 0) status = collided_query_explain(w->client, q->a, q->b, PATIENCE_S, &r);
+    if (strcmp(q->what, "distance") == 0)
+        status = collided_query_distance(w->client, q->a, q->b, tolerance, PATIENCE_S, &r);
+    if (strcmp(q->what, "body") == 0) status = collided_query_bodies(w->client, q->a, PATIENCE_S, &r);
+    answer(w, v, q, status == COLLIDED_OK ? "ok" : collided_status_text(status), &r);
+    collided_result_free(&r);
+}
