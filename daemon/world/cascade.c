@@ -408,7 +408,7 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         if (pair_is_soft(w, p)) {
             soft_fill(w, p, r);
             out->result = (uint32_t)n;
-            out->settled = p->standing.enough = true;
+            out->settled = true;
             continue;
         }
         if (n >= w->bounded && out->floor) { /* still */

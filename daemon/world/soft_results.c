@@ -189,15 +189,17 @@ void soft_decide(world *w)
             bool decided = soft_is_decided(w, p);
             if (!i || !j || decided) continue;
             bool went = i->way_tick == w->figures.ticks || j->way_tick == w->figures.ticks;
-            if (went && pair_is_reported(w, p)) add_free(w, p, i, j);
+            if (went && pair_is_reported(p)) add_free(w, p, i, j);
             i->asked |= news && !went;
             continue;
         }
         const body *soft = collider_is_soft(a) ? x : y, *rigid = collider_is_soft(a) ? y : x;
         const soft_place *place = soft_place_of(w, soft);
         if (!place) continue;
-        if (news || place->way_tick > p->swept_tick || rigid->changed_tick > p->swept_tick) soft_rigid_pair(w, p);
-        p->swept_tick = w->figures.ticks;
+        pair_more *more = pair_more_make(w, p);
+        if (news || place->way_tick > more->swept_tick || rigid->changed_tick > more->swept_tick)
+            soft_rigid_pair(w, p, more->swept_tick);
+        more->swept_tick = w->figures.ticks;
     }
 }
 

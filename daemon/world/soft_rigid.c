@@ -315,13 +315,13 @@ static void meet_for_all(world *w, uint32_t soft_id, uint32_t rigid_id, const so
     }
 }
 
-void soft_rigid_pair(world *w, const pair *p)
+void soft_rigid_pair(world *w, const pair *p, uint64_t decided)
 {
     bool a_is = collider_is_soft(&w->colliders.at[p->a]);
     uint32_t soft = a_is ? p->a : p->b, rigid = a_is ? p->b : p->a;
     const soft_place *at = soft_place_of(w, &w->bodies.at[w->colliders.at[soft].body]);
     if (!at) return;
-    bool goes = at->way_tick > p->swept_tick, late = goes && at->way_tick != w->figures.ticks;
+    bool goes = at->way_tick > decided, late = goes && at->way_tick != w->figures.ticks;
     size_t before = w->soft->results.count;
     meet_for_all(w, soft, rigid, at, (soft_positions){goes ? at->from : at->at, at->at}, false, at->frame);
     for (size_t i = before; late && i < w->soft->results.count; i++) /* how the rigid one came is not known any more */
