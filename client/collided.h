@@ -363,10 +363,10 @@ typedef enum collided_fact {
     COLLIDED_TOUCH = 1,
     COLLIDED_DISTANCE = 2,
     COLLIDED_MANIFOLD = 4,
-    COLLIDED_IMPACT = 8,   /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
-    COLLIDED_PREDICT = 16, /* what will meet within horizon_s, from velocities: published ones, or else those between
-                              the last two stamped poses; whatever the bodies' collided_ccd */
-    COLLIDED_POSES = 64,   /* with others: collided_batch.poses, so that each event can be proven where it is read */
+    COLLIDED_IMPACT = 8,     /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
+    COLLIDED_PREDICT = 16,   /* what will meet within horizon_s, from velocities: published ones, or else those between
+                                the last two stamped poses; whatever the bodies' collided_ccd */
+    COLLIDED_POSES = 64,     /* with others: collided_batch.poses, so that each event can be proven where it is read */
     COLLIDED_FEATURES = 128, /* of soft bodies: which features meet on the way of each step ... */
     COLLIDED_SAFE_STEP = 256 /* ... and which share of the way is free for certain (collided_subscribe_soft) */
 } collided_fact;

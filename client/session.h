@@ -181,7 +181,7 @@ struct collided {
     collided_impact *impacts;
     size_t impact_capacity;
     struct soft_gathered *soft; /* soft.c */
-    scene_room *scene; /* what is handed to those who observe; NULL: nobody has */
+    scene_room *scene;          /* what is handed to those who observe; NULL: nobody has */
     char error[SESSION_ERROR_MAX];
 };
 

@@ -26,7 +26,8 @@ typedef struct ctl_options { /* options.c tells what they mean */
     const char *select_a, *select_b;
     unsigned facts;
     const char *accuracy; /* "boxes", "tolerance", "verdict" */
-    double deadline_s, margin_m, range_m, tolerance_m, relative_tolerance, hysteresis_m, rate_hz, length_m, horizon_s, span_s;
+    double deadline_s, margin_m, range_m, tolerance_m, relative_tolerance, hysteresis_m, rate_hz, length_m, horizon_s,
+        span_s;
     double linear[3], angular[3]; /* m/s and rad/s, world axes */
     bool has_linear, has_angular, teleport;
     double workers, speed;

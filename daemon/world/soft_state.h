@@ -151,7 +151,8 @@ typedef struct soft_meeting {
     uint64_t units;    /* that it may take at most, of some 10 ns */
 } soft_meeting;
 void soft_rigid_meet(world *w, const soft_meeting *m, soft_result *out);
-void soft_rigid_pair(world *w, const pair *p, uint64_t decided); /* an active one of a soft and a rigid shape: its results, as asked */
+void soft_rigid_pair(
+    world *w, const pair *p, uint64_t decided); /* an active one of a soft and a rigid shape: its results, as asked */
 void soft_rigid_proposal(world *w, soft_place *p, const soft_frame *proposal);
 
 /* soft_results.c */

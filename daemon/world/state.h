@@ -166,10 +166,10 @@ typedef struct collider { /* a shape of a body: the broad phase's proxy under th
     int32_t index : 24;       /* in the body */
     bool at_origin : 1;       /* of the body, and not turned: `local` is the identity */
     bool used : 1, ghost : 1;
-    bool kept : 1; /* as a body's */
+    bool kept : 1;   /* as a body's */
     bool shadow : 1; /* of a soft surface: see soft_state.h */
-    aabb box;      /* of the shape at `world`, not fat */
-    pose local;    /* in the body */
+    aabb box;        /* of the shape at `world`, not fat */
+    pose local;      /* in the body */
 } collider;
 _Static_assert(offsetof(collider, shape) == 64 && sizeof(collider) == 320, "five lines");
 enum { SHAPES_OF_A_BODY_MOST = (1 << 23) - 1 };

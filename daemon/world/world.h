@@ -144,8 +144,8 @@ typedef enum world_fact {
     WORLD_TOUCH = 1,
     WORLD_DISTANCE = 2,
     WORLD_MANIFOLD = 4,
-    WORLD_IMPACT = 8,    /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
-    WORLD_PREDICT = 16,  /* contacts to come within the horizon, from velocities */
+    WORLD_IMPACT = 8,     /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
+    WORLD_PREDICT = 16,   /* contacts to come within the horizon, from velocities */
     WORLD_FEATURES = 128, /* of soft bodies: the features that meet on the way of each step ... */
     WORLD_SAFE_STEP = 256 /* ... and the share of the way that is proven to be free */
 } world_fact;

@@ -10,7 +10,7 @@ enum {                      /* ids of records */
     WIRE_SOFT_FRAME = 7,    /* of a VertexBatch: frame, part, parts, mode */
     WIRE_SOFT_SINGLES = 8,  /* of a VertexBatch: an origin and vertices in single precision, instead of `vertices` */
     WIRE_SOFT_INTEREST = 9, /* of a Subscription: most, grain */
-    WIRE_SOFT_STEP = 10      /* of an EventBatch: pairs, and their features */
+    WIRE_SOFT_STEP = 10     /* of an EventBatch: pairs, and their features */
 };
 
 enum {                      /* of frames */
