@@ -58,13 +58,8 @@ static subscription_record *add_subscription_record(
     return i;
 }
 
-static collided_subscription subscribe(collided *c, const collided_subscription_def *def, collided_observed *observed)
-{
-    return collided_subscribe_soft(c, def, NULL);
-}
-
-collided_subscription collided_subscribe_soft(
-    collided *c, const collided_subscription_def *def, const collided_soft_def *soft)
+static collided_subscription subscribe(collided *c, const collided_subscription_def *def, collided_observed *observed,
+    const collided_soft_def *soft)
 {
     uint8_t room[WIRE_SOFT_INTEREST_BYTES];
     const wire_soft_interest interest = {
@@ -103,9 +98,16 @@ collided_subscription collided_subscribe_soft(
 
 collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
 {
-    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL);
+    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL, NULL);
     (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "subscription: scenes are for collided_observe");
     return (collided_subscription){COLLIDED_NONE};
+}
+
+collided_subscription collided_subscribe_soft(
+    collided *c, const collided_subscription_def *def, const collided_soft_def *soft)
+{
+    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL, soft);
+    return collided_subscribe(c, def);
 }
 
 collided_subscription collided_observe(collided *c, const collided_observation_def *def)
@@ -116,7 +118,7 @@ collided_subscription collided_observe(collided *c, const collided_observation_d
     whole.stream = def->stream;
     whole.rate_hz = def->rate_hz;
     whole.context = def->context;
-    if (def->callback) return subscribe(c, &whole, def->callback);
+    if (def->callback) return subscribe(c, &whole, def->callback, NULL);
     (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "observation: callback is needed");
     return (collided_subscription){COLLIDED_NONE};
 }
