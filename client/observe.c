@@ -242,8 +242,10 @@ void observe_deliver(collided *c, subscription_record *i, const wire_event_batch
     octets scene = record_of(b, WIRE_EXTENSION_SCENE), poses = record_of(b, WIRE_EXTENSION_BODY_POSES);
     collided_scene out = {.subscription = {i->id}, .epoch = b->epoch, .tick = b->tick, .stamp_ns = b->stamp_ns};
     out.lost = i->lost;
-    bool told = (!scene.broken && read_scene(scene, room_of(c), &out)) |
-                (!poses.broken && read_poses(poses, room_of(c), &out)) | (b->closing && (out.closing = true));
+    bool has_scene = !scene.broken && read_scene(scene, room_of(c), &out);
+    bool has_poses = !poses.broken && read_poses(poses, room_of(c), &out);
+    out.closing = b->closing;
+    bool told = has_scene || has_poses || out.closing;
     if (!told) return; /* a heartbeat, a snapshot's head, or malformed: the daemon's own octets */
     i->lost = 0;
     c->in_callback = true;

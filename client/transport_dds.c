@@ -52,6 +52,8 @@ typedef struct transport_dds {
     dds_inbox *streams;   /* Answer, shared events, then one a stream */
     size_t stream_count, stream_capacity;
     bool reads_shared; /* one of the streams is that of shared events */
+    bool on_network;   /* where packets are lost, and not on loopback alone */
+    int64_t client;
     int fds[TRANSPORT_ROLES];
     atomic_int turn;                /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
@@ -87,11 +89,12 @@ static void warn_of_key(const char *security)
 }
 
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
-static bool domain_use(dds_domainid_t id, const transport_options *options, char *why, size_t why_size)
+static bool domain_use(
+    dds_domainid_t id, const transport_options *options, wire_dds_role role, char *why, size_t why_size)
 {
     char config[4096];
     const char *interface = options->interface, *security = options->security;
-    if (!wire_dds_config(config, sizeof config, interface, WIRE_DDS_CLIENT_LIBRARY)) {
+    if (!wire_dds_config(config, sizeof config, interface, role)) {
         (void)snprintf(why, why_size,
             "dds: '%s' is not the name or address of an interface, or CYCLONEDDS_URI is too long", interface);
         return false;
@@ -329,12 +332,28 @@ static void dds_retire(transport *base)
     while (t->retired_count) (void)dds_delete(t->retired[--t->retired_count]);
 }
 
+/* A thread of Cyclone's. Acks are for one of a group each: nobody else is woken by them. */
+static bool is_our_ack(const void *sample, void *context)
+{
+    return wire_dds_client_of_ack(sample) == ((const transport_dds *)context)->client;
+}
+
+/* Status comes once a second, so that one that is lost need not be asked for: a crowd's acknowledgements of it, and the
+ * heartbeats that ask for them, cost more than all else that it does while nothing happens. On a network, where not
+ * just a machine without time loses packets, three in a row would be a silence (SESSION_SILENCE_NS). */
+static void need_not_be_repeated(dds_qos_t *qos)
+{
+    dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
+}
+
 /* `stream`: whose partition is read; NULL: those of the group, or, of Status, the one without a name. */
 static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
 {
     *inbox = (dds_inbox){.kind = kind, .role = role};
     if (t->topics[kind] <= 0 && !open_topic(t, kind)) return false;
+    if (kind == WIRE_ACK) (void)dds_set_topic_filter_and_arg(t->topics[kind], is_our_ack, t);
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, stream, 0);
+    if (kind == WIRE_STATUS && !t->on_network) need_not_be_repeated(qos);
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_data_available(listener, role == TRANSPORT_CONTROL ? on_control : on_stream);
     if (decides_readiness(kind)) dds_lset_subscription_matched(listener, on_reader_matched);
@@ -423,10 +442,16 @@ static transport *dds_open_transport(const transport_options *options, char *why
         (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
         return NULL;
     }
-    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) return NULL;
-    int turn = -1;
-    if (options->until_ns && !*options->interface) turn = turn_wait((uint32_t)domain, options->until_ns, why, why_size);
-    if (turn < -1) {
+    bool crowd = false;
+    int turn = TURN_NOBODY;
+    if (options->until_ns && !*options->interface) turn = turn_ask((uint32_t)domain, options->until_ns, &crowd);
+    wire_dds_role as = crowd ? WIRE_DDS_CLIENT_OF_CROWD : WIRE_DDS_CLIENT_LIBRARY;
+    if (!domain_use((dds_domainid_t)domain, options, as, why, why_size)) {
+        if (turn >= 0) (void)close(turn);
+        return NULL;
+    }
+    turn = turn_wait((uint32_t)domain, turn, options->until_ns, why, why_size);
+    if (turn == TURN_NONE) {
         domain_leave((dds_domainid_t)domain);
         return NULL;
     }
@@ -434,6 +459,8 @@ static transport *dds_open_transport(const transport_options *options, char *why
     atomic_init(&t->turn, turn);
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
+    t->on_network = *options->interface != '\0';
+    t->client = options->client;
     t->arrived = options->arrived;
     t->arrived_context = options->arrived_context;
     t->sample = room_for_any_sample();

@@ -52,7 +52,7 @@ static void received(const lcm_recv_buf_t *buffer, const char *channel, void *co
 }
 
 /* liblcm takes channels for regular expressions; ours are names. */
-static lcm_subscription_t *subscribe(lcm_receiver *r, const char *channel)
+static lcm_subscription_t *lcm_open_channel(lcm_receiver *r, const char *channel)
 {
     char pattern[2 * WIRE_CHANNEL_MAX + 1];
     size_t at = 0;
@@ -74,7 +74,7 @@ static bool subscribe_kind(lcm_receiver *r, wire_kind kind, int64_t client)
     if (kind == WIRE_ACK) m.ack.client = client;
     if (kind == WIRE_REJECT) m.reject.client = client;
     wire_lcm_channel(&m, channel);
-    return subscribe(r, channel) != NULL;
+    return lcm_open_channel(r, channel) != NULL;
 }
 
 /* What the URI does not say stays on this machine, with buffers for a burst. False if it does not fit. */
@@ -179,7 +179,7 @@ static int lcm_stream_open(transport *base, const char *stream)
     transport_lcm *t = (transport_lcm *)base;
     lcm_stream s;
     wire_lcm_stream_channel(stream, s.channel);
-    s.subscription = subscribe(&t->receivers[TRANSPORT_STREAMS], s.channel);
+    s.subscription = lcm_open_channel(&t->receivers[TRANSPORT_STREAMS], s.channel);
     if (!s.subscription) return -1;
     t->streams = reserve(t->streams, &t->stream_capacity, t->stream_count + 1, sizeof *t->streams);
     t->streams[t->stream_count++] = s;

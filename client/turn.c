@@ -21,7 +21,6 @@ static bool is_believed(int fd)
     return who.uid <= SYSTEM_USER_LAST || who.uid == geteuid();
 }
 
-/* -1: nobody is there; -2: too many are. */
 static int ask_for_turn(uint32_t domain)
 {
     struct sockaddr_un address;
@@ -34,7 +33,7 @@ static int ask_for_turn(uint32_t domain)
     }
     int error = errno;
     (void)close(fd);
-    return error == EAGAIN ? -2 : -1;
+    return error == EAGAIN ? TURN_FULL : TURN_NOBODY;
 }
 
 static int left_ms(int64_t until_ns, int most)
@@ -43,34 +42,52 @@ static int left_ms(int64_t until_ns, int most)
     return left < 0 ? 0 : left < most ? (int)left + 1 : most;
 }
 
-/* The next word; 0: none any more; -1: the time is over. */
-static int hear(int fd, int64_t until_ns)
+static bool speaks(int fd, int64_t until_ns)
 {
-    char word;
     struct pollfd p = {.fd = fd, .events = POLLIN};
     int ready;
     do ready = poll(&p, 1, left_ms(until_ns, INT32_MAX - 1));
     while (ready < 0 && errno == EINTR);
-    if (ready <= 0) return -1;
+    return ready > 0;
+}
+
+/* The next word; 0: none any more; -1: the time is over. */
+static int hear(int fd, int64_t until_ns)
+{
+    char word;
+    if (!speaks(fd, until_ns)) return -1;
     return read(fd, &word, 1) == 1 ? word : 0;
 }
 
-int turn_wait(uint32_t domain, int64_t until_ns, char *why, size_t why_size)
+int turn_ask(uint32_t domain, int64_t until_ns, bool *crowd)
 {
-    for (int again_ms = AGAIN_FIRST_MS; session_monotonic_ns() < until_ns;) {
-        int fd = ask_for_turn(domain), word = WIRE_DDS_TURN_FULL;
-        if (fd == -1) return -1;
+    char words[2] = {0};
+    int fd = ask_for_turn(domain);
+    ssize_t count = fd >= 0 && speaks(fd, until_ns) ? recv(fd, words, sizeof words, MSG_PEEK) : 0;
+    bool twice = count == 2 && words[0] == WIRE_DDS_TURN_WAIT && words[1] == WIRE_DDS_TURN_WAIT;
+    *crowd = fd == TURN_FULL || twice || (count > 0 && words[0] == WIRE_DDS_TURN_FULL);
+    return fd;
+}
+
+int turn_wait(uint32_t domain, int asked, int64_t until_ns, char *why, size_t why_size)
+{
+    int fd = asked;
+    for (int again_ms = AGAIN_FIRST_MS;;) {
+        int word = WIRE_DDS_TURN_FULL;
+        if (fd == TURN_NOBODY) return TURN_NOBODY;
         if (fd >= 0) do
                 word = hear(fd, until_ns);
             while (word == WIRE_DDS_TURN_WAIT);
         if (word == WIRE_DDS_TURN_COME) return fd;
         if (fd >= 0) (void)close(fd);
-        if (word == 0) return -1; /* the daemon ended */
+        if (word == 0) return TURN_NOBODY; /* the daemon ended */
         if (word == WIRE_DDS_TURN_FULL) (void)poll(NULL, 0, left_ms(until_ns, again_ms));
         if (again_ms < AGAIN_LAST_MS) again_ms *= 2;
+        if (session_monotonic_ns() >= until_ns) break;
+        fd = ask_for_turn(domain);
     }
     (void)snprintf(why, why_size,
         "too many clients join at once: the daemon lets them in by turns, and ours did not come "
         "in time (connect_timeout_s)");
-    return -2;
+    return TURN_NONE;
 }

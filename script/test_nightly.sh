@@ -50,6 +50,8 @@ run_night() { # run_night LIMIT
         phase "release, sizes of the night and of the week" compute release
         phase "release, processes at night" talk_at_night release
     fi
+    ready "proofs of the checker of certificates" script/prove || true
+    ready "mutants of the checker of certificates" tests/check/mutate build/release || true
     unset COLLIDED_NIGHTLY COLLIDED_WEEKLY # what follows is slow: the sizes of a release in CI
     if ready "build asan-ubsan" build_for_night asan-ubsan "$limit"; then
         phase "ASan, UBSan and asserts" compute asan-ubsan

@@ -1,5 +1,5 @@
 /* check: the whole of collided_check.h. What is computed is short; that it is enough is proven elsewhere: see
- * proofs/README.md. Pure; any thread.
+ * script/prove. Pure; any thread.
  *
  * Every length is divided by a power of two, `scale`, such that none that enters exceeds 1. So what rounding does is
  * bounded by constants: LO_SLACK, HI_SLACK, ... below, in units of the scale. proofs/ derives each of them, formula by
@@ -14,8 +14,8 @@
 #define MOST 0x1p400          /* m: the largest coordinate */
 #define LEAST 0x1p-400        /* m: the least scale */
 #define UNIT 0x1p-9           /* how far from 1 a quaternion's and an axis' squared length may be */
-#define LO_SLACK 0x1p-41      /* of the gap along an axis */
-#define HI_SLACK 0x1p-41      /* of the distance that two points prove */
+#define LO_SLACK 0x1.4ap-42   /* of the gap along an axis */
+#define HI_SLACK 0x1.42p-42   /* of the distance that two points prove */
 #define FEATURE_SLACK 0x1p-49 /* of the product of a direction and a corner, for a direction of length <= 2 */
 #define RULE_SLACK 0x1p-50    /* of the sum of what is added and compared */
 #define SPEED_SLACK 0x1p-44   /* of a sum of at most 256 products, none negative */
@@ -125,7 +125,6 @@ static collided_check_status look_at_core(const collided_check_shape *s, double 
 
 static collided_check_status look_at(const collided_check_shape *s, double *most)
 {
-    if (!s) return COLLIDED_CHECK_NO_POINTER;
     if (s->kind != COLLIDED_CHECK_COMPOUND) return look_at_core(s, most);
     if (!is_size(s->radius) || !is_size(s->deviation)) return COLLIDED_CHECK_BAD_SIZE;
     if (!is_pose(s->pose)) return COLLIDED_CHECK_BAD_POSE;
@@ -200,14 +199,14 @@ static double core_support(const collided_check_shape *s, vec d, double by)
     }
 }
 
-/* Greatest n . x of a shape's points, from the position of its body. */
-static double support(const collided_check_shape *s, const double *pose, vec n, double by)
+/* Greatest n . x of a shape's points, from the position of its body; `size` is |n|. */
+static double support(const collided_check_shape *s, const double *pose, vec n, double size, double by)
 {
     double most = -INFINITY;
     for (size_t i = 0; i < part_count(s); i++) {
         placed p = part_of(s, pose, i, by);
         vec d = turned(pose + 3, -1, n);
-        double sum = p.radius;
+        double sum = p.radius * size;
         for (int k = 1; k < p.frames; k++) {
             sum += dot(d, vec_of(p.poses[k], by));
             d = turned(p.poses[k] + 3, -1, d);
@@ -228,9 +227,9 @@ static double gap(const collided_check_shape *a, const double *pose_a, const col
             : plane_b ? turned(pose_b + 3, 1, turned(b->pose + 3, 1, down))
                       : vec_of(axis, 1);
     vec between = {(pose_b[0] - pose_a[0]) * by, (pose_b[1] - pose_a[1]) * by, (pose_b[2] - pose_a[2]) * by};
-    double reach = support(a, pose_a, n, by) + support(b, pose_b, times(-1, n), by);
-    double sum = dot(n, between) - reach;
-    return plane_a || plane_b ? sum : sum / length(n); /* a normal is unit, but for rounding */
+    double size = plane_a || plane_b ? 1 : length(n); /* a normal is unit, but for rounding */
+    double reach = support(a, pose_a, n, size, by) + support(b, pose_b, times(-1, n), size, by);
+    return (dot(n, between) - reach) / size;
 }
 
 static double proven_gap(const collided_check_shape *a, const double *pose_a, const collided_check_shape *b,
@@ -282,7 +281,7 @@ static double hull_distance(const collided_check_shape *s, vec q, double by)
         sum = plus(sum, times(weights[i], minus(vec_of(s->points + 3 * corners[i], by), q)));
         all += weights[i];
     }
-    return all >= 0.5 && all <= 2 ? length(sum) / all : INFINITY;
+    return is_unit(all) ? length(sum) / all : INFINITY;
 }
 
 static double core_distance(const collided_check_shape *s, vec q, double by)
@@ -347,7 +346,7 @@ collided_check_status collided_check_distance(const collided_check_shape *a, con
 {
     if (!proven) return COLLIDED_CHECK_NO_POINTER;
     *proven = (collided_check_proven){-INFINITY, INFINITY};
-    if (!pose_a || !pose_b || !claim) return COLLIDED_CHECK_NO_POINTER;
+    if (!a || !pose_a || !b || !pose_b || !claim) return COLLIDED_CHECK_NO_POINTER;
     double most = 0;
     collided_check_status status = look_at(a, &most);
     if (status == COLLIDED_CHECK_PROVEN) status = look_at(b, &most);
@@ -391,7 +390,7 @@ collided_check_status collided_check_motion_free(
 {
     if (!until) return COLLIDED_CHECK_NO_POINTER;
     *until = NAN;
-    if (!m || !m->times || !m->poses_a || !m->poses_b || !m->axes) return COLLIDED_CHECK_NO_POINTER;
+    if (!a || !b || !m || !m->times || !m->poses_a || !m->poses_b || !m->axes) return COLLIDED_CHECK_NO_POINTER;
     double most = 0;
     collided_check_status status = look_at(a, &most);
     if (status == COLLIDED_CHECK_PROVEN) status = look_at(b, &most);
@@ -452,7 +451,7 @@ collided_check_status collided_check_twist(const collided_check_shape *a, const 
 {
     if (!speed || !bend) return COLLIDED_CHECK_NO_POINTER;
     *speed = INFINITY, *bend = INFINITY;
-    if (!linear_a || !angular_a || !linear_b || !angular_b) return COLLIDED_CHECK_NO_POINTER;
+    if (!a || !linear_a || !angular_a || !b || !linear_b || !angular_b) return COLLIDED_CHECK_NO_POINTER;
     double most = 0;
     collided_check_status status = look_at(a, &most);
     if (status == COLLIDED_CHECK_PROVEN) status = look_at(b, &most);

@@ -72,7 +72,8 @@ static void follow_daemon(web *w)
     collided_daemon_status s;
     bool heard = collided_get_status(w->client, 0, &s) == COLLIDED_OK;
     int64_t epoch = heard ? s.epoch : w->epoch;
-    if (heard && epoch >> 16 != w->epoch >> 16 && w->epoch) mirror_forget(w->mirror); /* another line: wire.h */
+    bool other = heard && w->epoch && epoch >> 16 != w->epoch >> 16;              /* another line: wire.h */
+    if (other && w->mirror->epoch >> 16 != epoch >> 16) mirror_forget(w->mirror); /* its scene has not come yet */
     w->connected = heard;
     w->epoch = epoch;
 }
@@ -81,7 +82,8 @@ void feed_poll(web *w)
 {
     bool before = w->connected;
     bool heard = collided_poll(w->client, 0) == COLLIDED_OK;
-    if (heard != before || !w->epoch) follow_daemon(w);
+    bool other = w->mirror->epoch && w->mirror->epoch >> 16 != w->epoch >> 16; /* it came back before it was missed */
+    if (heard != before || !w->epoch || other) follow_daemon(w);
     w->connected = heard && w->epoch;
     collided_flush(w->client);
     viewer_news(w);

@@ -154,6 +154,12 @@ static signed char take_flag(reading *r, uint8_t path, bool value)
     }
 }
 
+/* LEJP matches paths when a name comes, and not when an array begins. */
+static bool in_array(const struct lejp_ctx *ctx)
+{
+    return strcmp(ctx->path, "at[]") == 0;
+}
+
 static signed char take(struct lejp_ctx *ctx, char reason)
 {
     reading *r = ctx->user;
@@ -171,7 +177,7 @@ static signed char take(struct lejp_ctx *ctx, char reason)
         return reason == LEJPCB_VAL_STR_END ? take_text(r, ctx->path_match) : 0;
     case LEJPCB_VAL_NUM_INT:
     case LEJPCB_VAL_NUM_FLOAT:
-        return take_number(r, ctx->path_match, ctx->buf);
+        return take_number(r, in_array(ctx) ? AT : ctx->path_match, ctx->buf);
     case LEJPCB_VAL_TRUE:
     case LEJPCB_VAL_FALSE:
         return take_flag(r, ctx->path_match, reason == LEJPCB_VAL_TRUE);

@@ -354,7 +354,7 @@ static bool face_is_flat(const hull *h, const hull_face *f, double slack)
     return vec_norm2(f->normal) > 0;
 }
 
-/* What qhull may have got wrong where facets are too narrow to tell apart. */
+/* What qhull may have got wrong if facets are too narrow to distinguish. */
 
 static bool is_sound(const hull *h, double extent)
 {

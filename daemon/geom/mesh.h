@@ -57,7 +57,7 @@ typedef struct mesh_patch_point {
 } mesh_patch_point;
 
 /* What hangs together by common vertices. Where no surface meets a solid's, all of a component is inside of it, or
- * nothing: so one point of each tells. */
+ * nothing: so one point of each decides. */
 typedef struct mesh_component {
     uint32_t triangle;  /* its first one, in the order of the leaves */
     float lo[3], hi[3]; /* a box around it along the axes, rounded outward, in units of mesh.unit */

@@ -117,7 +117,7 @@ static ray_verdict enters_cylinder(double radius, double half, vec3 from, vec3 d
     return v;
 }
 
-/* Takes the earlier one; false: one of them cannot be told. */
+/* Takes the earlier one. Returns false if one of them cannot be decided. */
 static bool unite(ray_verdict v, const ray_hit *other, ray_verdict *all, ray_hit *hit)
 {
     if (v == RAY_UNTOLD) return false;

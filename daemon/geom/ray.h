@@ -1,6 +1,6 @@
 /* ray: where a ray enters a shape, in closed form, with certified bounds. Pure; any thread.
  *
- * Who cannot be told here (the ray begins in the shape or next to it, or the shape has no formula) is left to the
+ * A ray that cannot be decided here (it begins in the shape or next to it, or the shape has no formula) is left to the
  * general search along a ray, world/query_space.c, which uses distances. */
 #ifndef COLLIDED_GEOM_RAY_H
 #define COLLIDED_GEOM_RAY_H
@@ -9,12 +9,12 @@
 
 typedef enum ray_verdict {
     RAY_MISSES, /* proven */
-    RAY_HITS,   /* or comes nearer than rounding can tell: then `hi` is infinite */
+    RAY_HITS,   /* or comes nearer than rounding can decide: then `hi` is infinite */
     RAY_UNTOLD, /* ask the general search */
 } ray_verdict;
 
 typedef struct ray_hit {
-    double lo, hi; /* the ray is free before lo, and has touched by hi: lengths of the way, in the shape's unit */
+    double lo, hi; /* the ray is free before lo, and has touched by hi: lengths along it, in the shape's unit */
     vec3 normal;   /* unit, outward, where it enters; in the shape's frame */
 } ray_hit;
 

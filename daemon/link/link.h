@@ -52,6 +52,8 @@ typedef struct link_sink {
     /* So much has come in this receive, of all kinds, that to take more would keep everybody waiting: what waits in the
      * link, but for a first take of each kind, waits for the next round. NULL: never. */
     bool (*much)(void *context);
+    /* Somebody has come who reads Status, and may not get the one that was sent last. NULL: nobody wants to know. */
+    void (*status_reader)(void *context, struct link *from);
 } link_sink;
 
 static inline bool link_has_much(const link_sink *sink)

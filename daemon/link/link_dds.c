@@ -153,11 +153,28 @@ static bool is_large(const wire_message *m)
     return m->kind == WIRE_ANSWER && m->answer.lo.count > ANSWER_SMALL_HITS;
 }
 
+/* One of Cyclone's threads. */
+static void on_status_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
+{
+    (void)entity;
+    link_dds *l = context;
+    if (status.current_count_change > 0) link_dds_notice(l, &l->status_matched);
+}
+
+static dds_entity_t create_writer(link_dds *l, wire_kind kind, const dds_qos_t *qos)
+{
+    dds_listener_t *listener = dds_create_listener(NULL);
+    if (kind == WIRE_STATUS) dds_lset_publication_matched_arg(listener, on_status_matched, l, true);
+    dds_entity_t entity = dds_create_writer(l->participant, link_dds_topic(l, kind), qos, listener);
+    dds_delete_listener(listener);
+    return entity;
+}
+
 static bool open_writer(link_dds *l, writer *w, wire_kind kind)
 {
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, 0);
     if (w == &l->writers[ANSWERS_LARGE]) dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, ANSWERS_LARGE_DEPTH);
-    w->entity = dds_create_writer(l->participant, link_dds_topic(l, kind), qos, NULL);
+    w->entity = create_writer(l, kind, qos);
     dds_delete_qos(qos);
     return w->entity > 0;
 }
@@ -184,6 +201,14 @@ static bool open_topics(link_dds *l)
     for (size_t i = 0; i < LINK_DDS_IN && ok; i++) ok = open_reader(l, &l->readers[i], kinds_in[i]);
     for (size_t i = 0; i < LINK_DDS_OUT && ok; i++) ok = open_writer(l, &l->writers[i], kinds_out[i]);
     return ok;
+}
+
+/* The first of that kind, which is for all. */
+static writer *writer_of(link_dds *l, wire_kind kind)
+{
+    size_t i = 0;
+    while (i < LINK_DDS_OUT && kinds_out[i] != kind) i++;
+    return i < LINK_DDS_OUT ? &l->writers[i] : NULL;
 }
 
 static size_t largest_sample(void)
@@ -234,7 +259,8 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     if (joined == DDS_RETCODE_OK && open_topics(l)) {
         link_dds_closer_start(&l->closer);
         if (options->interface && *options->interface) return 0;
-        joiners_start(&l->joiners, link_dds_domain(l), options->counters);
+        joiners_start(
+            &l->joiners, link_dds_domain(l), l->participant, writer_of(l, WIRE_STATUS)->entity, options->counters);
         reminder_start(&l->reminder);
         return 0;
     }
@@ -294,10 +320,7 @@ static writer *writer_for(link_dds *l, const wire_message *m)
         if (!s) metric_count(l->no_stream, 1);
         return s ? s->out : NULL;
     }
-    if (is_large(m)) return &l->writers[ANSWERS_LARGE];
-    for (size_t i = 0; i < LINK_DDS_OUT; i++)
-        if (kinds_out[i] == m->kind) return &l->writers[i];
-    return NULL;
+    return is_large(m) ? &l->writers[ANSWERS_LARGE] : writer_of(l, m->kind);
 }
 
 static void write_to(link_dds *l, writer *w, wire_kind kind)

@@ -25,9 +25,10 @@ static int open_socket(uint32_t domain)
     return -1;
 }
 
-static void say(int fd, char word)
+static void say(int fd, char word, bool twice)
 {
-    ssize_t sent = send(fd, &word, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
+    const char words[2] = {word, word};
+    ssize_t sent = send(fd, words, twice ? 2 : 1, MSG_NOSIGNAL | MSG_DONTWAIT);
     (void)sent; /* it has hung up: poll tells */
 }
 
@@ -44,7 +45,7 @@ static void accept_one(joiners *t, int fd)
     socklen_t size = sizeof who;
     (void)getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &size);
     bool full = t->count == sizeof t->at / sizeof t->at[0] || waiting_of(t, who.uid) >= JOINERS_WAITING_USER;
-    say(fd, full ? WIRE_DDS_TURN_FULL : WIRE_DDS_TURN_WAIT);
+    say(fd, full ? WIRE_DDS_TURN_FULL : WIRE_DDS_TURN_WAIT, t->count + t->present >= WIRE_DDS_CROWD && !full);
     if (full) {
         metric_count(t->refused, 1);
         close(fd);
@@ -147,19 +148,39 @@ static void give(joiners *t)
     if (!one) return;
     one->until_ns = now + JOINERS_MS * NS_PER_MS;
     t->last_user = one->user;
-    say(one->fd, WIRE_DDS_TURN_COME);
+    say(one->fd, WIRE_DDS_TURN_COME, false);
     metric_count(t->given, 1);
 }
 
-/* Until the next turn is over, or the last one need not be alone any more, ms. */
+/* To change the participant's user data is Cyclone's only way to announce it now. */
+static void call(joiners *t)
+{
+    int64_t now = clock_monotonic_ns(), ms = JOINERS_CALL_MS;
+    if (now < t->call_ns) return;
+    dds_publication_matched_status_t status;
+    if (dds_get_publication_matched_status(t->known, &status) == DDS_RETCODE_OK) {
+        t->present = status.current_count;
+        ms = (int64_t)JOINERS_CALL_EACH_MS * t->present;
+        ms = ms < JOINERS_CALL_MS ? JOINERS_CALL_MS : ms > JOINERS_CALL_MOST_MS ? JOINERS_CALL_MOST_MS : ms;
+    }
+    t->call_ns = now + ms * NS_PER_MS;
+    t->called++;
+    dds_qos_t *qos = dds_create_qos();
+    dds_qset_userdata(qos, &t->called, sizeof t->called);
+    (void)dds_set_qos(t->participant, qos); /* if it is refused, those 8 s of Cyclone's remain */
+    dds_delete_qos(qos);
+}
+
+/* Until the next turn is over, the last one need not be alone any more, or a call is due, ms. */
 static int wait_ms(const joiners *t)
 {
     turns_given g = look(t);
     int64_t first = g.over_ns, now = clock_monotonic_ns();
     bool one_waits = t->count > g.joining && g.joining < JOINERS_AT_ONCE;
     if (one_waits && g.alone_ns < first) first = g.alone_ns;
-    int64_t ms = first == INT64_MAX ? -1 : first > now ? (first - now) / NS_PER_MS + 1 : 0;
-    return t->listen_fd < 0 ? LISTEN_AGAIN_MS : (int)ms;
+    if (t->call_ns < first) first = t->call_ns;
+    int64_t ms = first > now ? (first - now) / NS_PER_MS + 1 : 0;
+    return t->listen_fd < 0 && ms > LISTEN_AGAIN_MS ? LISTEN_AGAIN_MS : (int)ms;
 }
 
 static void *run(void *context)
@@ -176,14 +197,18 @@ static void *run(void *context)
         if (fds[1].revents) accept_all(t);
         drop_those_over(t, fds + 2, count);
         give(t);
+        call(t);
     } while (!fds[0].revents);
     return NULL;
 }
 
-void joiners_start(joiners *t, uint32_t domain, metrics *m)
+void joiners_start(joiners *t, uint32_t domain, dds_entity_t participant, dds_entity_t known, metrics *m)
 {
-    *t = (joiners){
-        .domain = domain, .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .listen_fd = open_socket(domain)};
+    *t = (joiners){.domain = domain,
+        .participant = participant,
+        .known = known,
+        .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC),
+        .listen_fd = open_socket(domain)};
     t->waiting = metrics_add(m, "dds_turns_waiting", "clients that wait for their turn to join over DDS");
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
     t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");

@@ -1,10 +1,13 @@
 /* link_dds_joiners: the daemon's end of wire_dds_turn.h: clients of the library join a few at a time, so that a crowd
- * comes in as fast as the machine can, and does not hinder itself. A thread of its own; nothing here is waited for. */
+ * comes in as fast as the machine can, and does not hinder itself. The same thread calls out at the well-known ports of
+ * the host, so that participants of other programs find the daemon at once. A thread of its own; nothing here is waited
+ * for. */
 #ifndef COLLIDED_LINK_LINK_DDS_JOINERS_H
 #define COLLIDED_LINK_LINK_DDS_JOINERS_H
 
 #include "base/metrics.h"
 
+#include <dds/dds.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -22,6 +25,10 @@ enum {
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
 };
 
+/* A call goes to the well-known ports and, as Cyclone will have it, to all who are known, of whom each is woken by it:
+ * so the more of them there are the rarer it is. */
+enum { JOINERS_CALL_MS = 500, JOINERS_CALL_EACH_MS = 16, JOINERS_CALL_MOST_MS = 4000 };
+
 typedef struct joiner {
     int fd;
     uint32_t user;
@@ -35,12 +42,17 @@ typedef struct joiners {
     int stop_fd, listen_fd;                       /* below 0: not open; another daemon of this domain listens */
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
-    int64_t pause_until_ns; /* no turn is given before */
-    uint32_t last_user;     /* who had the last turn: of several users each has his */
+    int64_t pause_until_ns;          /* no turn is given before */
+    uint32_t last_user;              /* who had the last turn: of several users each has his */
+    dds_entity_t participant, known; /* the daemon's, and a writer of its whose readers are those who are known */
+    uint8_t called;                  /* so often, modulo 256 */
+    unsigned present;                /* clients, at the last call */
+    int64_t call_ns;                 /* the next call; monotonic */
     metric *waiting, *given, *overdue, *refused, *given_up;
 } joiners;
 
-void joiners_start(joiners *t, uint32_t domain, metrics *m);
+/* `participant` is the daemon's, `known` a writer of its that each client of the library reads. */
+void joiners_start(joiners *t, uint32_t domain, dds_entity_t participant, dds_entity_t known, metrics *m);
 void joiners_end(joiners *t);
 
 #endif

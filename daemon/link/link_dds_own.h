@@ -83,8 +83,8 @@ struct link_dds {
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;
-    atomic_bool peers_arrived;
-    void *sample; /* room for a sample of any kind, to be written */
+    atomic_bool peers_arrived, status_matched; /* status_matched: somebody new reads Status */
+    void *sample;                              /* room for a sample of any kind, to be written */
     atomic_bool woken;
     turns waiting;        /* batches of poses, beyond what a round takes */
     size_t poses;         /* taken by the receive that runs ... */

@@ -124,8 +124,9 @@ static shared_events *shared_for(link_dds *l, const char *name, int64_t *client)
     return shared->out.entity > 0 ? shared : NULL;
 }
 
-/* In a crowd there is a heartbeat of another stream every few milliseconds: then what waits is not forgotten. */
-enum { CROWD = 256 /* streams */, HEARTBEATS_WAIT_MS = 500 };
+/* Each packet wakes all who share it, and each of them acknowledges it: so one has the heartbeats of nearly a period.
+ * Of so many streams there is a heartbeat every few dozen milliseconds: what waits is not forgotten. */
+enum { CROWD = 32 /* streams */, HEARTBEATS_WAIT_MS = 800 };
 
 static bool may_wait(const link_dds *l, const shared_events *shared)
 {

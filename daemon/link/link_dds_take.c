@@ -360,6 +360,7 @@ size_t link_dds_receive(struct link *head, const link_sink *sink)
     for (size_t i = 0; i < LINK_DDS_IN; i++)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     link_dds_streams_report(l, sink);
+    if (atomic_exchange(&l->status_matched, false) && sink->status_reader) sink->status_reader(sink->context, &l->head);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
     l->loss_waited = l->is_behind ? l->loss_waited + 1 : 0;
     if (!l->is_behind || l->loss_waited % LOST_WAITS == 0)

@@ -1,6 +1,6 @@
-/* narrow: the certified signed distance of any two shapes. It brings the pair to unit size, asks the method of the two
- * types about their cores, adds the radii and the bound of rounding, and scales back. Pure; any thread, each with its
- * own scratch; what is read of the cache is proven anew, and answers what a query without it answers. */
+/* narrow: the certified signed distance of any two shapes. The query brings the pair to unit size, calls the method of
+ * the two types for their cores, adds the radii and the rounding error, and scales back. What it reads from the cache
+ * is proven anew, so that the answer is the same without it. Pure; any thread, each with its own scratch. */
 #include "narrow.h"
 
 #include "ccd_bridge.h"
@@ -28,11 +28,11 @@ size_t narrow_scratch_size(void)
     return (sizeof(narrow_scratch) + 63) / 64 * 64;
 }
 
-/* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding (the
- * depth of hulls is reported with NEAR_DEPTH_WIDTHS more on either side). */
+/* In errors of doubles. If an interval is wider, the search has left it wide, not rounding. (The depth of hulls is
+ * reported NEAR_DEPTH_WIDTHS wider on either side.) */
 #define ROUNDING_WIDTHS (2 + 2 * NEAR_DEPTH_WIDTHS)
 
-/* Of the sizes: shapes that overlap by less, or are that near, touch but for a little. */
+/* As a share of the sizes: shapes whose gap or depth is smaller are treated as touching. */
 #define LITTLE 0x1p-20
 
 bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b)
@@ -58,7 +58,7 @@ static void query_measure(
         near_features_settle(p, g, s);
 }
 
-/* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
+/* Answers from the features that the pair remembers, if these or neighbouring ones are still the nearest. */
 static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, bool near, bool rims,
     const narrow_cache *cache, span *s, narrow_result *result)
 {
@@ -71,7 +71,8 @@ static bool recall(const unit_pair *p, const narrow_request *request, const narr
     return true;
 }
 
-/* What answers for the pair in doubles: libccd if it was asked to and its word holds, or the methods of the types. */
+/* Answers in doubles: by libccd if the request names it and its proposal is certified, else by the methods of the
+ * types. */
 static void answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, const unit_pair *p, const narrow_goal *g, span *s,
     narrow_result *result)
@@ -107,13 +108,13 @@ __attribute__((noinline)) static void build_manifold(
     if (p->effort->left < 0) result->status = NARROW_WIDE; /* there may be better points among the parts not seen */
 }
 
-/* Are points of contact asked for, and are the shapes as near as that? */
+/* Does the request ask for contact points, and are the shapes near enough for them? */
 static bool wants_manifold(const narrow_request *r, const narrow_result *result)
 {
     return (r->facts & NARROW_MANIFOLD) && result->lo <= r->threshold;
 }
 
-/* What changes the time of an answer and no bit of it. */
+/* Takes from the cache what changes the time of an answer and none of its bits. */
 static void query_remember(unit_pair *p, const narrow_cache *cache)
 {
     p->shell = cache->shell;
@@ -155,7 +156,7 @@ static bool decided(const narrow_request *r, const narrow_result *result)
     return result->lo > r->threshold || result->hi <= r->threshold;
 }
 
-/* Is it the rounding of doubles that keeps the bounds from what was asked? With tolerance 0 each bit counts. */
+/* Is rounding of doubles the reason why the bounds are wider than asked? With tolerance 0 each bit counts. */
 static bool wants_refining(const unit_pair *p, const narrow_request *r, const narrow_result *result)
 {
     bool asks_verdict = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
@@ -166,7 +167,7 @@ static bool wants_refining(const unit_pair *p, const narrow_request *r, const na
     return (too_wide || undecided) && by_rounding && exact_applies(p);
 }
 
-/* After the bounds have been narrowed. */
+/* Sets status and manifold after double-double arithmetic has narrowed the bounds. */
 static void query_settle(const unit_pair *p, const narrow_request *r, narrow_result *result)
 {
     bool narrow = result->hi - result->lo <= asked_width(p, r);
@@ -176,14 +177,14 @@ static void query_settle(const unit_pair *p, const narrow_request *r, narrow_res
     if (result->lo > 0) exact_draw_together(p, result);
 }
 
-/* From what the shapes are to each other to what the things are that they stand for. Let A and B be within the shapes
+/* Widens the answer about two shapes to the things that they approximate. Let A and B be within the shapes
  * A' and B', each point of A' within e_a of A, each of B' within e_b of B. A' holds A, so lo <= d(A', B') <= d(A, B),
  * and a translation that separates A' from B' separates A from B: lo stays. If A' and B' are apart, their nearest
  * points are within e_a and e_b of A and B: d(A, B) <= d(A', B') + e_a + e_b. If they overlap, a common point is within
  * e_a of A and e_b of B: d(A, B) <= e_a + e_b. Nothing below that holds: A may be a tube, A' the tube filled, and B in
- * the tube, as deep in A' as the tube is long, without touching it. (Were A and B convex, their support functions would
- * be within e_a and e_b of those of A' and B', and hi + e_a + e_b would hold there, too; nobody says that they are.)
- * The addition is rounded up. */
+ * the tube, as deep in A' as the tube is long, without touching it. (If A and B were convex, their support functions
+ * would be within e_a and e_b of those of A' and B', and hi + e_a + e_b would hold there, too; but they need not be
+ * convex.) The addition is rounded up. */
 static void deviate(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)
 {
     double deviation = a->deviation + b->deviation;
@@ -195,9 +196,9 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
     result->status = settled ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
-/* Shapes that almost touch are reported to be no nearer than the points that prove it. That others overlap is
- * known without points, and of a common point hi is 0. An interval that is not wider than its place is of a gap that
- * points have proved. */
+/* For shapes that almost touch, raises hi to the distance of the two points that are reported. Deeper overlaps are
+ * known without points, and a common point gives hi = 0. A gap whose interval is narrower than itself has been proven
+ * by points already. */
 static void keep_to_points(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)
 {
     if (!(2 * result->lo < result->hi && result->hi > 0) || result->refined || !(r->facts & NARROW_DISTANCE)) return;
@@ -237,7 +238,7 @@ static uint32_t vertices_of(const shape *s)
     return s->type == SHAPE_HULL ? s->hull->vertex_count : 0;
 }
 
-/* NULL: no search takes so long that it has to be counted. */
+/* The effort of the query; NULL if no search of these shapes takes so long that its effort has to be counted. */
 static effort *begin_effort(const shape *a, const shape *b, narrow_scratch *scratch)
 {
     if (b->type < SHAPE_HULL || (b->type == SHAPE_HULL && vertices_of(a) + vertices_of(b) < EFFORT_LARGE_HULL))
@@ -258,7 +259,7 @@ static void query_part(const shape *a, const shape *b, const pose *b_in_a, const
     query(a, b, b_in_a, request, NULL, scratch, &scratch->effort, result);
 }
 
-/* A's frame to world axes. */
+/* Turns the answer from A's frame to world axes. */
 static void turn_by(narrow_result *r, const mat3 *m)
 {
     r->axis = direction_again(mat_mul(*m, r->axis));

@@ -8,7 +8,7 @@
 
 /* ---- along one axis ---- */
 
-/* Separation along one axis, and how far a pair can have moved. */
+/* The separation along one axis, and how far a pair may have moved since it was proven. */
 
 static double plane_separation(const unit_pair *p)
 {
@@ -33,16 +33,17 @@ double unit_pair_separation(const unit_pair *p, vec3 axis, uint32_t *hint_a, uin
     return (separation - p->radius - p->error - p->excess) * p->unit;
 }
 
-/* Hulls of this size leave no normal numbers below. Larger ones have a tree for their support points. */
+/* Hulls of these sizes, whose heights are normal numbers, and which have no tree for their support points. */
 static inline bool apart_is_everyday(const shape *a, const shape *b, double size)
 {
     bool small = a->hull->padded_count <= HULL_SCAN_MAX && b->hull->padded_count <= HULL_SCAN_MAX;
     return small && size > 0x1p-300 && size < 0x1p300;
 }
 
-/* As unit_pair_separation, of two hulls as they are: how high each reaches is enough, the support points are not looked
- * for. Rounding: as there but for B's heights, whose direction is turned into its frame (3 u) and which are products
- * and sums of their own (3 u), and a sum more; so half of its bound on top is more than enough. */
+/* Does what unit_pair_separation does, for two hulls at their real size: their greatest heights are enough, and their
+ * support points are not needed. Rounding is the same except for B's heights: the direction is turned into B's frame
+ * (3 u), products and sums are its own (3 u), and there is one sum more. Half of that bound on top is more than enough.
+ */
 static double hulls_separation(const shape *a, const shape *b, const pose *b_in_a, double size, vec3 axis)
 {
     vec3 back = mat_tmul(quat_matrix(b_in_a->q), vec_neg(axis));
@@ -63,8 +64,8 @@ double narrow_separation(
     return unit_pair_separation(&p, axis, hint_a, hint_b);
 }
 
-/* The cores are no farther from each other than their two support points, and no translation shorter than the sum of
- * the radii less that distance parts the rounded shapes: a distance changes by at most what one moves. */
+/* The cores are no farther apart than their two support points. No translation shorter than the sum of the radii less
+ * that distance separates the rounded shapes, because a translation changes a distance by at most its own length. */
 void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, narrow_result *result)
 {
     unit_pair p;
@@ -82,7 +83,7 @@ void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis
     if (deviation > 0) result->hi = (max_of(result->hi, 0) + deviation) * (1 + 4 * UNIT_ROUNDOFF);
 }
 
-/* From the point of the box of half extents `half` that is nearest to `p`, to `p`. */
+/* The vector to `p` from the nearest point of the box with half extents `half`. */
 static vec3 apart_outside(vec3 half, vec3 p)
 {
     return vec_sub(p, vec_max(vec_min(p, half), vec_neg(half)));
@@ -96,7 +97,7 @@ vec3 narrow_guess_axis(const shape *a, const shape *b, const pose *b_in_a)
     return vec_unit(vec_norm2(from_a) > vec_norm2(from_b) ? from_a : from_b);
 }
 
-/* Out of range it is brought to unit size first: the same bits, but for the exponent. */
+/* A vector out of range is brought to unit size first, which changes no bit but the exponent. */
 static inline double length(vec3 v)
 {
     double norm2 = vec_norm2(v), unit, scale;
@@ -127,9 +128,9 @@ double narrow_motion_bound(const pose *before, const pose *now, double reach_b)
 
 /* ---- along a few axes ---- */
 
-/* The points of B - A that the first axes led to are a simplex, as in GJK (gjk.h); the next axis is the direction of
- * its nearest point. A search that has not found an axis after a few of them is left to those that measure; and so are
- * two that were together when they were last looked at, unless the first axes part them. */
+/* The points of B - A found along the first axes form a simplex, as in GJK (gjk.h); the next axis is the direction of
+ * its nearest point. If a few axes prove nothing, the query has to measure. It also has to measure a pair that was
+ * together at its last query, unless one of the first axes separates it. */
 
 enum { AXES_MAX = 4 };
 
@@ -145,7 +146,7 @@ typedef struct trial {
     int tried;
 } trial;
 
-/* One axis more. The separation is that of narrow_separation, to the bit. */
+/* Tries one more axis. The separation has the bits that narrow_separation gives. */
 static bool apart_try_axis(trial *t, vec3 axis)
 {
     minkowski *m = &t->points.v[t->points.count++];

@@ -8,6 +8,7 @@
 #include "suspect.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -147,6 +148,28 @@ static void add_world(const service *s, sheet *t)
         sheet_add_named(t, (int64_t)f.stages[r], "pairs_by_%s", world_stage_name((world_stage)r));
 }
 
+/* What an operator watches, of the first streams: what was reported there and stands. */
+static void add_briefs(const service *s, sheet *t)
+{
+    enum { BRIEFS = 16, PAIRS_A_BRIEF = 20000 /* a millisecond or so */ };
+    size_t told = 0;
+    for (uint32_t i = 0; i < s->streams.count && told < BRIEFS; i++) {
+        const stream *to = &s->streams.at[i];
+        world_brief b;
+        if (!to->live || to->scene || !to->reported) continue;
+        told++;
+        bool all = world_brief_of(s->world, i, PAIRS_A_BRIEF, &b);
+        sheet_add_named(t, (int64_t)b.contacts, "contacts_of_%s", to->name);
+        sheet_add_named(t, (int64_t)b.unknown, "unknown_of_%s", to->name);
+        if (isfinite(b.nearest)) sheet_add_named(t, (int64_t)floor(1e9 * b.nearest), "nearest_nm_of_%s", to->name);
+        int64_t left_ns = b.soonest_ns > s->now_ns ? b.soonest_ns - s->now_ns : 0;
+        if (b.soonest_ns != INT64_MAX) sheet_add_named(t, left_ns, "soonest_ns_of_%s", to->name);
+        int64_t oldest_ns = all ? world_oldest_stamp_ns(s->world, i) : 0;
+        if (oldest_ns) sheet_add_named(t, s->now_ns - oldest_ns, "oldest_pose_ns_of_%s", to->name);
+        if (!all) sheet_add_named(t, 1, "brief_cut_of_%s", to->name);
+    }
+}
+
 /* What each stream tells, and costs: units of work a tick, since the last Status; those beyond the named together. */
 static void add_streams(service *s, sheet *t)
 {
@@ -178,6 +201,7 @@ static void add_streams(service *s, sheet *t)
     for (size_t i = 0; i < named; i++) sheet_add_named(t, (int64_t)works[i], "work_of_%s", names[i]);
     if (live > named) sheet_add(t, "other_streams_work", (int64_t)rest);
     for (size_t i = 0; i < named; i++) sheet_add_named(t, (int64_t)events[i], "events_of_%s", names[i]);
+    add_briefs(s, t);
     for (size_t i = 0; i < named; i++)
         if (behind[i]) sheet_add_named(t, behind[i], "behind_of_%s", names[i]);
     s->status_tick = s->tick;

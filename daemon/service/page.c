@@ -24,6 +24,16 @@ static const family FAMILIES[] = {
     {"work_of_", "stream_work_units", "stream", "units of the cascade's work a tick, of this subscriber's pairs", true,
         NULL},
     {"events_of_", "stream_events_total", "stream", "events reported on this stream", false, NULL},
+    {"contacts_of_", "stream_contacts", "stream", "pairs that touch, as this stream was told", true, NULL},
+    {"unknown_of_", "stream_unknown_pairs", "stream", "pairs of this stream of which nothing can be said", true, NULL},
+    {"nearest_nm_of_", "stream_nearest_nanometres", "stream",
+        "least distance of the pairs that touch or are near, its lower bound; negative: depth", true, NULL},
+    {"soonest_ns_of_", "stream_soonest_impact_seconds", "stream", "until the first predicted contact may be", true,
+        NULL},
+    {"oldest_pose_ns_of_", "stream_oldest_pose_seconds", "stream", "age of the oldest pose that this stream rests on",
+        true, NULL},
+    {"brief_cut_of_", "stream_brief_cut", "stream", "1: these figures are of the first 20,000 pairs of this stream",
+        true, NULL},
     {"behind_of_", "stream_messages_behind", "stream", "messages of this stream that its subscriber has not read", true,
         NULL},
     {"lost_client_", "lost_client_bodies", "client", "bodies that stay of a client whose lease ran out", true, NULL},
@@ -193,6 +203,12 @@ static void put_labels(page_text *to, const family *f, const char *text)
     put_text(to, "}");
 }
 
+static bool is_time(const char *prefix)
+{
+    size_t size = strlen(prefix);
+    return ends_in(prefix, size, "_ns_") || ends_in(prefix, size, "_ns_of_");
+}
+
 /* A family's head stands before the first of its lines. */
 static bool put_member(page_text *to, const char *name, int64_t value)
 {
@@ -202,7 +218,7 @@ static bool put_member(page_text *to, const char *name, int64_t value)
         if (!family_goes_on(to, f->name)) put_family_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
         put_text(to, "collided_%s", f->name);
         put_labels(to, f, name + strlen(f->prefix));
-        put_value(to, ends_in(f->prefix, strlen(f->prefix), "_ns_"), value);
+        put_value(to, is_time(f->prefix), value);
         return true;
     }
     return false;

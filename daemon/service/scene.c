@@ -94,7 +94,7 @@ static uint8_t flags_of(const world_glance *g)
                      (g->swept ? WIRE_SEEN_SWEPT : 0) | (g->one_way ? WIRE_SEEN_ONE_WAY : 0));
 }
 
-static seen_body *place_of(scene_view *v, uint32_t id)
+static seen_body *scene_place_of(scene_view *v, uint32_t id)
 {
     array_reserve(&v->bodies, (size_t)id + 1);
     while (v->bodies.count <= id) v->bodies.at[v->bodies.count++] = (seen_body){.told = false};
@@ -112,7 +112,7 @@ static void look_at(service *s, const stream *to, scene_view *v, const session *
 {
     world_glance g;
     if (b->world_id == WORLD_NONE || !world_glance_at(s->world, b->world_id, &g)) return;
-    seen_body *e = place_of(v, b->world_id);
+    seen_body *e = scene_place_of(v, b->world_id);
     bool other = e->client != c->client || e->number != b->number || e->sequence != b->sequence;
     if (other || v->anew) e->matches = is_selected(s, to, b->world_id);
     bool announce = e->matches && (other || v->anew || !e->told);
@@ -132,7 +132,7 @@ static void look_at(service *s, const stream *to, scene_view *v, const session *
         array_push(&v->moved, b->world_id);
 }
 
-static void look(service *s, const stream *to, scene_view *v)
+static void scene_look(service *s, const stream *to, scene_view *v)
 {
     v->changed.count = v->moved.count = v->gone.count = 0;
     v->scan++;
@@ -163,7 +163,7 @@ static void put_i32(scene_view *v, int32_t n)
     bytes_put(&v->out, &n, sizeof n);
 }
 
-static void put_text(scene_view *v, const char *text)
+static void scene_put_text(scene_view *v, const char *text)
 {
     size_t length = strlen(text);
     const uint8_t size = (uint8_t)(length > UINT8_MAX ? UINT8_MAX : length);
@@ -194,7 +194,7 @@ static void put_shapes(scene_view *v, const wire_body *m)
 }
 
 /* False: the world does not have it any more. */
-static bool put_body(const service *s, scene_view *v, const owner_and_body *at)
+static bool scene_put_body(const service *s, scene_view *v, const owner_and_body *at)
 {
     world_body def;
     seen_body *e = &v->bodies.at[at->body->world_id];
@@ -205,9 +205,9 @@ static bool put_body(const service *s, scene_view *v, const owner_and_body *at)
     bytes_put(&v->out, &at->owner->client, sizeof(int64_t));
     bytes_put(&v->out, &def.deadline_ns, sizeof(int64_t));
     bytes_put(&v->out, e->pose, sizeof e->pose);
-    put_text(v, def.name);
-    put_text(v, def.group ? def.group : "");
-    put_text(v, at->owner->name ? at->owner->name : "");
+    scene_put_text(v, def.name);
+    scene_put_text(v, def.group ? def.group : "");
+    scene_put_text(v, at->owner->name ? at->owner->name : "");
     put_shapes(v, &m.body);
     e->told = true;
     return true;
@@ -227,7 +227,8 @@ static bool send_bodies(service *s, stream *to, scene_view *v)
         if (first) bytes_put(&v->out, v->gone.at, v->gone.count * sizeof *v->gone.at);
         size_t at = v->out.count;
         put_i32(v, 0);
-        while (next < v->changed.count && v->out.count < SCENE_BYTES) count += put_body(s, v, &v->changed.at[next++]);
+        while (next < v->changed.count && v->out.count < SCENE_BYTES)
+            count += scene_put_body(s, v, &v->changed.at[next++]);
         memcpy(v->out.at + at, &count, sizeof count);
         kept = send_record(s, to, v);
         first = false;
@@ -259,7 +260,7 @@ static void tell(service *s, stream *to)
         to->view->anew = true;
     }
     scene_view *v = to->view;
-    look(s, to, v);
+    scene_look(s, to, v);
     bool kept = send_bodies(s, to, v) && send_poses(s, to, v);
     v->anew = !kept;
     v->tick = s->tick;

@@ -44,7 +44,7 @@ struct server {
     _Atomic bool record_end; /* the operator asks for the end of the recording */
     _Atomic bool waiting; /* the tick thread, until wakes_ns: set under the lock, reset before it is asked for again */
     _Atomic bool missed;  /* poses came while a round was on */
-    int64_t next_status_ns, next_tick_ns; /* monotonic */
+    int64_t status_ns, next_status_ns, next_tick_ns; /* monotonic; status_ns: the last one */
     notify manager;
     int64_t wakes_ns;      /* monotonic */
     int64_t round_ns;      /* what rounds take: the last one, or what is left of a longer one before */
@@ -132,10 +132,16 @@ static bool on_much(void *context)
     return s->received_us >= RECEIVED_MOST_US;
 }
 
+static void on_status_reader(void *context, struct link *from)
+{
+    (void)from;
+    ((service *)context)->status_asked = true;
+}
+
 static link_sink sink_of(service *s)
 {
     return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build,
-        on_enough, on_room, on_much};
+        on_enough, on_room, on_much, on_status_reader};
 }
 
 /* ---- set-up ---- */
@@ -502,7 +508,18 @@ static void publish_status(server *v, uint8_t health)
     s->health = health;
     health_publish(s);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+    v->status_ns = s->monotonic_ns;
     v->next_status_ns = s->monotonic_ns + (int64_t)(s->config.status_period * 1e9);
+}
+
+/* Who has come gets it soon; but it goes to all, so the more there are the longer do newcomers wait for each other. */
+static void publish_to_newcomers_soon(server *v)
+{
+    enum { ALONE_MS = 50, EACH_MS = 2 };
+    service *s = &v->s;
+    int64_t soon_ns = v->status_ns + (ALONE_MS + EACH_MS * (int64_t)s->sessions.count) * INT64_C(1000000);
+    if (s->status_asked && soon_ns < v->next_status_ns) v->next_status_ns = soon_ns;
+    s->status_asked = false;
 }
 
 /* To the service manager, when it changes. */
@@ -582,6 +599,7 @@ static void one_round(server *v, const link_sink *sink)
         record_stop(s);
     }
     record_watch(s);
+    publish_to_newcomers_soon(v);
     if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;
     s->status_due = false;
     uint8_t before = s->health;

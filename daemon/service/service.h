@@ -178,6 +178,7 @@ typedef struct service {
     struct standby *standby; /* NULL: not one of a pair */
     shares *shares;          /* of each participant */
     bool status_due;         /* before its time */
+    bool status_asked;       /* somebody has come who reads it: soon */
     struct part *part;       /* scratch of stream.c: of a batch that is being told */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_subscription)(const void *context, world_subscription *def);

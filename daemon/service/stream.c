@@ -345,7 +345,7 @@ static wire_message part_of(service *s, const stream *to, const world_batch *b, 
     m.event_batch.parts = parts_of(b);
     fill_part(s->part, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
     if (i >= events && b->soft_count) m.event_batch.extensions = vertices_part(s, b, i - events);
-    if (to->tells_poses && n) put_poses(s->part, b->events + first, (uint32_t)n, &m.event_batch);
+    if (to->tells_poses && n && !b->snapshot) put_poses(s->part, b->events + first, (uint32_t)n, &m.event_batch);
     return m;
 }
 

@@ -464,7 +464,7 @@ static double dip_of(double bend, double step)
 }
 
 /* What is certainly kept of the gap over a step, and at its end: along the axis that turns with its feature, or along
- * the one that stands still. */
+ * the one that is fixed. */
 static double moving_boxes_spare_after(const moving_boxes *m, const box_place *from, box_axis *n, const box_place *to)
 {
     double step = to->time - from->time, spare = n->gap - moving_boxes_apart(m, to->time), own = own_spare(m, n, to);

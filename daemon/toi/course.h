@@ -1,5 +1,5 @@
-/* course: the motion of two shapes relative to each other, made ready: their relative pose at a time, how apart they
- * are along a direction, and how far any gap can dip between two times. Pure; any thread.
+/* course: the relative motion of two shapes, prepared for a search: their relative pose at a time, their separation
+ * along a direction, and how far any gap can dip between two times. Pure; any thread.
  *
  * The frame has the world's axes and moves with the origin of A's body, so that precision follows the size of the pair
  * and of what it moves relative to each other. */
@@ -10,7 +10,7 @@
 #include "narrow/math/scalar.h"
 #include "request.h"
 
-typedef struct course_place { /* where the two are at a time */
+typedef struct course_place { /* the relative pose at a time */
     pose b_in_a;              /* the shapes */
     mat3 world_of_a;          /* the axes of A's shape in the world's */
     vec3 arm;                 /* from the frame's origin to that of A's shape, world axes */
@@ -37,85 +37,87 @@ typedef struct course {
     double slack;              /* m: rounding of all poses up to the end of the span */
 } course;
 
-/* False if no bound exists: a half-space that turns against another. */
+/* Returns false if no bound exists, as for a half-space that turns against another one. */
 bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span);
 
-/* The same in two parts: all but the places, which are for course_at and all that takes a place, and those. */
+/* course_init in two parts: course_bounds prepares the bounds, course_make_places what course_at and all functions that
+ * take a course_place need. */
 bool course_bounds(course *c, const toi_mover *a, const toi_mover *b, double span);
 void course_make_places(course *c);
 
 course_place course_at(const course *c, double time);
 
-/* s: until then balls about their bodies' origins, which hold them, are more than `target` (and what they may wander)
- * apart; INFINITY: up to the span. 0 for half-spaces. */
+/* The time (s) until which the bounding balls about the bodies' origins are farther apart than `target` plus `wander`.
+ * It is INFINITY if they are so for the whole span, and 0 for half-spaces. */
 double course_balls_meet(const course *c, double target, double wander);
 
-/* How far they are apart along a world direction (with a half-space along its normal): certified. */
+/* The certified separation along a world direction; with a half-space along its normal. */
 double course_separation(const course *c, const course_place *at, vec3 direction);
 
-/* m/s, in the world's axes: how fast a point of B at `point_b` moves relative to one of A at `point_a` (both relative
- * to the frame's origin) at a time. */
+/* The velocity (m/s, world axes) of the point of B at `point_b` relative to the point of A at `point_a` at a time. Both
+ * points are relative to the frame's origin. */
 vec3 course_velocity(const course *c, double time, vec3 point_a, vec3 point_b);
 
-/* How far a gap along a direction that stands still can dip between two times. */
+/* The greatest dip of a gap along a fixed direction between two times. */
 static inline double course_dip(const course *c, double step)
 {
     return c->bend * step * step / 8 * (1 + 0x1p-48);
 }
 
-/* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
+/* The step after which `gap` is used up, if it grows at `rate` and that rate falls by `bend`. */
 static inline double course_step_until_used(double gap, double rate, double bend)
 {
     double slope = sqrt(rate * rate + 2 * bend * gap) - rate; /* >= 0 */
     return slope > 0 ? 2 * gap / slope : INFINITY;
 }
 
-/* A direction may also turn with one of the two: where it is the normal of a face of that one, the gap along it closes
- * as the nearest points approach, while along a direction that stands still the face's corners rise besides. */
+/* A direction may be fixed, or turn with one of the bodies. Along the normal of a face that turns with its body the gap
+ * closes as the nearest points approach; along a fixed direction the corners of the face rise in addition. */
 typedef enum course_frame { COURSE_STILL, COURSE_WITH_A, COURSE_WITH_B, COURSE_FRAMES } course_frame;
 
-/* m: how far the bodies' origins are apart at most, between two times. */
+/* The greatest distance (m) of the bodies' origins between two times. */
 double course_far(const course *c, double from, double to);
 
 /* The bend of gaps along a direction in that frame, from `from` to `to`. */
 double course_bend(const course *c, course_frame frame, double from, double to);
 
-/* An axis of A's frame at one time as it is in A's frame at another, when it belongs to a frame. */
+/* Carries an axis that belongs to a frame from A's frame at one time to A's frame at another time. */
 vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to);
 
-/* A shape as what it sweeps when it turns for ever: a cylinder about the axis of turning, which does not turn; while
- * that is free, so is the shape. One that does not turn stays what it is. `spun`: a shape, the caller's. False: there
- * is none. */
+/* Replaces a turning shape by the volume that it sweeps when it turns for ever: a cylinder about the axis of turning,
+ * which does not turn. As long as the cylinder is free, the shape is. A shape that does not turn is kept. *spun is
+ * memory of the caller. It returns false if there is no such cylinder. */
 bool course_spin(const toi_mover *m, shape *spun, toi_mover *out);
 
 /* ==== closed forms ==== */
 
-/* The time of impact of two balls, and of a ball and a box, that do not turn towards each other, in
- * closed form. Pure. */
+/* The time of impact of two balls, and of a ball and a box, that do not turn relative to each other, in closed form.
+ * Pure. */
 
 /* ---- two balls, whose centres move along straight lines: a quadratic equation, proven at both ends ---- */
 
-/* True if it settled it: *out as toi_find has it, without the bodies' poses. False for all else, and where they touch
- * at the beginning, graze, or are of a size whose squares leave the range of doubles. */
+/* Returns true if it has found the answer, which it writes to *out as toi_find does, without the bodies' poses. It
+ * returns false for other shapes, for balls that touch at the beginning or graze, and for sizes whose squares are out
+ * of the range of doubles. */
 bool toi_spheres(const toi_mover *a, const toi_mover *b, const toi_request *request, toi_result *out);
 
 /* ---- a ball and a box ---- */
 
-/* True: *out is the answer (toi_find fills in the bodies' poses). False: not such a pair, or one that begins in
- * contact, hardly moves, grazes or touches within rounding only: to be searched. */
+/* Returns true if *out is the answer, without the bodies' poses. It returns false if a search has to answer: for other
+ * shapes, and for a pair that begins in contact, hardly moves, grazes, or touches within rounding only. */
 bool toi_ball_box(const toi_mover *a, const toi_mover *b, const toi_request *request, toi_result *out);
 
 /* ==== boxes that move ==== */
 
-/* For how long two moving balls, capsules or boxes are certainly apart, by separating axes alone. Pure. */
+/* The time for which two moving balls, capsules or boxes are certainly apart, by separating axes alone. Pure. */
 
-/* A ball, capsule or box, and a capsule or box, of sizes whose squares are in the range of doubles? */
+/* Are these a ball, capsule or box and a capsule or box, of sizes whose squares are in the range of doubles? */
 bool toi_boxes_apply(const course *c);
 
-/* Searches from `from` on, until when they are apart. INFINITY: *out is the answer, FREE as it was, HIT, or NEAR if
- * that is enough (`rough`), with points relative to A's body as it starts. Otherwise a time up to which they are apart,
- * within the tolerance of contact if they are sharp: for the search to go on from. Only if toi_boxes_apply, and for a
- * threshold that is not negative. */
+/* Searches, from the time `from` on, how long the shapes stay apart. If it returns INFINITY, *out is the answer: FREE,
+ * HIT, or NEAR if that is enough (`rough`), with points relative to the start of A's body. Otherwise it returns a time
+ * up to which they are apart, from which the search goes on. It needs toi_boxes_apply, and a threshold that is not
+ * negative. */
 double toi_boxes_march(const course *c, const toi_request *request, double from, bool rough, toi_result *out);
 
 #endif

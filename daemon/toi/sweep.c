@@ -24,7 +24,7 @@ bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_requ
     return true;
 }
 
-/* In which directions stand still, so that gaps dip the least. */
+/* Chooses the frame of fixed directions in which gaps dip the least. */
 static void choose_frame(sweep *s)
 {
     s->bend = INFINITY;
@@ -132,7 +132,7 @@ SWEEP_INLINE double sweep_gap_at(const sweep_place *at, const toi_part *a, const
     return foot - top - a->margin - b->margin - at->floor;
 }
 
-typedef struct way { /* through one piece */
+typedef struct sweep_progress { /* through one piece */
     const sweep *s;
     const toi_part *a, *b;
     const sweep_place *from, *to;
@@ -140,10 +140,10 @@ typedef struct way { /* through one piece */
     double dip;
     double share; /* of the piece that is free */
     uint32_t tried;
-} way;
+} sweep_progress;
 
-/* How far into the piece the gap along a direction lets the way go on. */
-static void try_direction(way *w, vec3 towards)
+/* Goes on to the time until which the gap along a direction stays open. */
+static void try_direction(sweep_progress *w, vec3 towards)
 {
     if (!(vec_norm2(towards) > 0)) return;
     w->tried++;
@@ -197,7 +197,7 @@ SWEEP_INLINE vec3 sweep_nearest_in(const extents *e, vec3 centre, vec3 point)
 
 /* Directions that may have a gap at that share of the piece: between what is nearest of their extents (by going to and
  * fro between them), and across flat parts. */
-static void try_directions(way *w, const extents *ea, const extents *eb)
+static void try_directions(sweep_progress *w, const extents *ea, const extents *eb)
 {
     const sweep_place *from = w->from, *to = w->to;
     vec3 a = sweep_between(&from->a, &to->a, w->share, w->a->centre),
@@ -222,7 +222,7 @@ static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_
     double enough, vec3 *hint)
 {
     sweep_place from = *sweep_place_at(s, first);
-    way w = {
+    sweep_progress w = {
         .s = s, .a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
     w.dip = sweep_dip(s, length);
     try_direction(&w, *hint);

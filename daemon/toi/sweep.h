@@ -1,11 +1,12 @@
-/* sweep: from when on two parts of shapes can meet, by directions alone: no distance is asked. Pure; any thread.
+/* sweep: the time from which two parts of shapes may meet, found by directions alone, without distances. Pure; any
+ * thread.
  *
- * A stretch of the span is cut into pieces so short that no gap along a direction dips much below its chord (toi.h). A
- * direction stands still, or turns with one of the two bodies: in whichever frame gaps dip the least; two bodies that
- * turn as one do not turn there at all. Of two parts, a gap along a direction at both ends of a piece tells until when
- * it is open; from there another direction is tried, until none opens the way any further; then the piece is cut, and
- * what is left of it cut again. The places at the ends of pieces are made when they are first needed, and kept for
- * other parts. */
+ * A stretch of the time span is cut into pieces so short that no gap along a direction dips much below its chord
+ * (toi.h). A direction is fixed, or turns with one of the two bodies: the frame in which gaps dip the least is chosen.
+ * Two bodies that turn as one have no turning at all in that frame. For two parts, the gap along a direction at both
+ * ends of a piece shows how long the gap stays open. From that time on other directions are tried, until none proves
+ * more; then the piece is cut, and its rest is cut again. Poses at the ends of pieces are computed when they are first
+ * needed, and are kept for other parts. */
 #ifndef COLLIDED_TOI_SWEEP_H
 #define COLLIDED_TOI_SWEEP_H
 
@@ -41,10 +42,10 @@ typedef struct toi_part {
     double x[8], y[8], z[8];
 } toi_part;
 
-/* All of a shape. One that is convex is its own only part. */
+/* Writes the part that is the whole shape. A convex shape is its own only part. */
 void toi_part_root(const shape *whole, toi_part *out);
 
-/* How many it has; they are written to out[PART_CHILDREN_MAX]. Never called for leaves. */
+/* Writes the children of a part, which is no leaf, to out[PART_CHILDREN_MAX], and returns their number. */
 int toi_part_children(const toi_part *p, toi_part *out);
 
 /* ==== sweeps ==== */
@@ -56,7 +57,7 @@ enum {
     SWEEP_PLACES = 128  /* that are kept; a power of two */
 };
 
-/* What things cost, in units of about 20 ns: so that an end to a search is a function of the motion, not of a clock. */
+/* Prices in units of about 20 ns. They make the end of a search a function of the motion, not of a clock. */
 enum { SWEEP_WORK_TRY = 3, SWEEP_WORK_PLACE = 10, SWEEP_WORK_LEAVES = 5, SWEEP_WORK_LEAVES_TRY = 3 };
 
 typedef struct sweep_place { /* the frames of both shapes, in the course's frame */
@@ -70,9 +71,9 @@ typedef struct sweep {
     const toi_request *request;
     double size;            /* m */
     double start, end;      /* s: the stretch */
-    course_frame frame;     /* in which directions stand still */
+    course_frame frame;     /* the frame in which directions are fixed */
     double bend;            /* m/s^2: the course's, in that frame and stretch */
-    double bend_a, bend_b;  /* of directions that stand still: the shares of both turnings in it */
+    double bend_a, bend_b;  /* for fixed directions: the shares of both turnings in the bend */
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
     uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
     double least;           /* s */
@@ -134,7 +135,7 @@ static inline double sweep_dip(const sweep *s, uint32_t pieces)
 /* ==== leaves of two meshes ==== */
 
 /* The triangles of two leaves of meshes, all pairs of them side by side: which may meet, and from when on.
- * One direction, at both ends of a piece of the motion, tells of up to 16 pairs at once. */
+ * One direction, at both ends of a piece of the motion, decides up to 16 pairs at once. */
 
 enum { LEAF_PAIRS = MESH_LEAF_MAX * MESH_LEAF_MAX };
 

@@ -19,11 +19,11 @@
 #include "narrow/narrow.h"
 #include "request.h"
 
-/* A and B must be in canonical order (narrow_ordered). `guess`: a world direction that may prove it free (a cached
- * axis), or zero. It changes the time and never the answer: it is believed where the gap that it keeps is above twice
- * the tolerance (what a search without it calls a hit or near stays so) and above a 400th of the way that the two go
- * relative to each other (so that a search without it surely ends, and does not come out undecided). Balls, capsules,
- * boxes, meshes and compounds need none. */
+/* Finds the time of impact. A and B must be in canonical order (narrow_ordered). `guess` is a world direction that may
+ * prove the motion free, such as a cached axis, or zero. It changes the time of the search and never the answer: it
+ * counts only if the gap along it stays above twice the tolerance, so that a search without it reports no hit and no
+ * near miss, and above a 400th of the length of the relative motion, so that such a search is certain to end decided.
+ * Balls, capsules, boxes, meshes and compounds need no guess. */
 void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
     toi_result *out);
 

@@ -422,7 +422,7 @@ static bool touch_at_first(walk *w)
 enum { HELD_ASKED = 1000 }; /* components of a mesh: of more it is not asked whether one is held */
 
 /* Is a point of each component, or of a convex core, inside of the other, a solid? Where no surface meets another, that
- * tells whether one holds the other. True also where it is not asked. */
+ * shows whether one contains the other. True also if that is not asked. */
 static bool may_be_held(const shape *solid, pose at_solid, const shape *other, pose at_other)
 {
     pose relative = pose_relative(at_solid, at_other);

@@ -136,7 +136,7 @@ static inline void fetch_body(const body *b)
     __builtin_prefetch(&b->name);
 }
 
-static inline void fetch_ahead(const world *w, const uint32_t *told, size_t n, size_t count)
+static inline void events_fetch_ahead(const world *w, const uint32_t *told, size_t n, size_t count)
 {
     enum { PAIRS_AHEAD = 16, SHAPES_AHEAD = 12, BODIES_AHEAD = 8, NAMES_AHEAD = 4 };
     if (n + PAIRS_AHEAD >= count) return;
@@ -177,7 +177,7 @@ void events_of_active(world *w)
     size_t count;
     const uint32_t *told = list_told(w, &count);
     for (size_t n = 0; n < count; n++) {
-        fetch_ahead(w, told, n, count);
+        events_fetch_ahead(w, told, n, count);
         size_t k = told[n];
         uint32_t id = w->active_pairs.at[k];
         const pair *p = &w->pairs.at[id];

@@ -1,6 +1,7 @@
 /* news: does an event say anything that the one before has not said, and how old is what was said. Tick thread. */
 #include "state.h"
 
+#include <math.h>
 #include <string.h>
 
 static bool same_bits(const void *a, const void *b, size_t size)
@@ -55,4 +56,24 @@ int64_t world_oldest_stamp_ns(const world *w, uint32_t id)
         take_older(&w->bodies.at[w->colliders.at[p->b].body], &oldest);
     }
     return oldest;
+}
+
+bool world_brief_of(const world *w, uint32_t id, size_t most, world_brief *out)
+{
+    *out = (world_brief){.nearest = INFINITY, .soonest_ns = INT64_MAX};
+    if (id >= w->subscriptions.count || !w->subscriptions.at[id].used) return true;
+    uint32_t v = w->subscriptions.at[id].first_watch;
+    for (; v != WORLD_NONE && most; v = w->watches.at[v].subscription_next, most--) {
+        const watch *at = &w->watches.at[v];
+        out->unknown += at->unknown;
+        if (at->unknown) continue;
+        out->contacts += at->touch_id != 0;
+        if ((at->touch_id || at->near_id) && w->last_contacts.at[v].lo < out->nearest)
+            out->nearest = w->last_contacts.at[v].lo;
+        if (!at->predicted_id) continue;
+        const world_impact *met = &w->last_predicted.at[v].impact;
+        int64_t at_ns = met->start_ns + (int64_t)(1e9 * met->lo);
+        if (at_ns < out->soonest_ns) out->soonest_ns = at_ns;
+    }
+    return v == WORLD_NONE;
 }

@@ -182,6 +182,14 @@ world_status world_remove_subscription(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
 /* The oldest stamp of the poses that what is reported of it now rests on; 0: none is stamped. Walks all of it. */
 int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
+/* What an operator watches of a subscription: what it was told last, and stands. */
+typedef struct world_brief {
+    size_t contacts, unknown; /* pairs that touch; pairs of which nothing can be said */
+    double nearest;           /* m: the least lower bound of those that touch or are near; INFINITY: there are none */
+    int64_t soonest_ns;       /* when the first of the predicted contacts may be, ns since the Unix epoch; INT64_MAX */
+} world_brief;
+/* Walks at most `most` pairs of it; false: there are more, and *out is of the first of them. */
+bool world_brief_of(const world *w, uint32_t id, size_t most, world_brief *out);
 /* In the next tick, updates are reported of all its pairs that are decided, also where nothing differs from what was
  * reported last: for who keeps no state of his own. */
 void world_want_all(world *w, uint32_t id);

@@ -1,5 +1,5 @@
 # install.cmake: what is installed where, and the packages that cpack makes of it: collided (the daemon, the command line
-# and the demo), libcollided0, libcollided-dev, and python3-collided where Python's half is built. Included last: it names targets of all folders.
+# and the demo), collided-web, libcollided0, libcollided-dev, and python3-collided where Python's half is built. Included last: it names targets of all folders.
 # Programs lie together in lib/collided, as in the build folder's bin: each finds what belongs to it beside itself. Links
 # in bin lead to those that people call.
 include(GNUInstallDirs)
@@ -24,6 +24,18 @@ foreach(name collided collidectl collided-demo)
   file(CREATE_LINK ../${programs}/${name} ${prepared}/bin/${name} SYMBOLIC)
   install(FILES ${prepared}/bin/${name} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided)
 endforeach()
+
+# ---- collided-web ----
+
+install(TARGETS collided-web RUNTIME DESTINATION ${programs} COMPONENT collided-web)
+file(CREATE_LINK ../${programs}/collided-web ${prepared}/bin/collided-web SYMBOLIC)
+install(FILES ${prepared}/bin/collided-web DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided-web)
+install(FILES ${PROJECT_SOURCE_DIR}/client/web/README.md ${PROJECT_SOURCE_DIR}/client/web/PROTOCOL.md
+  DESTINATION ${doc}/collided-web COMPONENT collided-web)
+if(COLLIDED_WEB_PAGE_BUILT) # otherwise it has the page of tables, which is in the program
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/web/page/ DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/web OPTIONAL
+    COMPONENT collided-web)
+endif()
 
 # ---- libcollided0, libcollided-dev ----
 

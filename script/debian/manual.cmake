@@ -18,6 +18,7 @@ function(install_compressed pattern directory component)
 endfunction()
 
 install_compressed(${PROJECT_SOURCE_DIR}/client/examples/collided-demo.1 ${CMAKE_INSTALL_MANDIR}/man1 collided)
+install_compressed(${PROJECT_SOURCE_DIR}/client/web/collided-web.1 ${CMAKE_INSTALL_MANDIR}/man1 collided-web)
 foreach(section 1 5 8)
   install_compressed(${manual}/man${section}/* ${CMAKE_INSTALL_MANDIR}/man${section} collided)
 endforeach()
@@ -28,5 +29,7 @@ install(FILES ${manual}/bash-completion/collided ${manual}/bash-completion/colli
 # The unit names /usr/bin/collided and /etc/collided, so it comes with these only. Debian 12 keeps its units in /lib.
 if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   install(FILES ${PROJECT_SOURCE_DIR}/daemon/systemd/collided.service DESTINATION /lib/systemd/system COMPONENT collided)
+  install(FILES ${PROJECT_SOURCE_DIR}/client/web/collided-web.service DESTINATION /lib/systemd/system
+    COMPONENT collided-web)
   install(FILES ${manual}/collided.conf DESTINATION /etc/collided COMPONENT collided)
 endif()

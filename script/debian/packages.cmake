@@ -15,7 +15,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON) # no packages with debug information: whoever debugs, builds
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(CPACK_COMPONENTS_ALL collided libcollided0 libcollided-dev)
+set(CPACK_COMPONENTS_ALL collided collided-web libcollided0 libcollided-dev)
 if(COLLIDED_PYTHON_BUILT)
   list(APPEND CPACK_COMPONENTS_ALL python3-collided)
 endif()
@@ -49,6 +49,15 @@ that is: every distance is an interval that carries its proof.
 
 This package has the daemon, its command line collidectl, and collided-demo,
 which shows a robot cell at work. It is not safety-rated.")
+
+set(CPACK_DEBIAN_COLLIDED-WEB_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_COLLIDED-WEB_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_COLLIDED-WEB_PACKAGE_RECOMMENDS collided)
+set(CPACK_DEBIAN_COLLIDED-WEB_DESCRIPTION "world of the collision daemon collided in a browser
+collided-web serves a page on which a browser sees the world of the daemon
+collided(8) live: bodies, contacts with their intervals, what is near,
+unknown, or about to meet, and the daemon's health. It is an ordinary client
+of the daemon, read-only, on loopback, with a token.")
 
 set(CPACK_DEBIAN_LIBCOLLIDED0_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBCOLLIDED0_PACKAGE_SHLIBDEPS ON)

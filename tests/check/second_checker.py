@@ -69,9 +69,9 @@ def core_support(s, d):
 
 
 def support(shape, pose, n):
-    most = []
+    most, size = [], root(dot(n, n))
     for core, radius, _, frames in parts(shape):
-        d, total = turned(pose[3:], -1, n), radius
+        d, total = turned(pose[3:], -1, n), radius * size
         for frame in frames:
             total += dot(d, frame[:3])
             d = turned(frame[3:], -1, d)

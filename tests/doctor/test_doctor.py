@@ -166,6 +166,19 @@ def limits_reached(host):
                          mend=r"kill \d+; \S*collided .*--max-bodies 1 --max_bodies 3", settle=0.3)
 
 
+ASK_FOR_TURNS = """import socket, time
+held = [socket.socket(socket.AF_UNIX) for _ in range(120)]
+[s.connect(chr(0) + 'collided/dds/0') for s in held]
+print('here', flush=True)
+time.sleep(20)"""
+
+
+def a_crowd_waits(host):
+    host.daemon("--links dds://0")
+    host.start(f"{sys.executable} -c \"{ASK_FOR_TURNS}\"", "here")
+    triggered_and_mended(host, "health", "clients wait for their turn to join over DDS", mend="status --wait 60")
+
+
 def gateway_is_down(host):
     daemon = host.daemon()
     host.run("ip route del 224.0.0.0/4")
@@ -407,7 +420,7 @@ GROUPS = {
              loopback_without_address,
              interface_does_not_exist, participants_without_room, small_receive_buffers, participants_run_out],
     "daemon": [no_daemon, no_daemon_over_lcm, cyclone_does_not_start,
-               cyclone_does_not_start_where_a_daemon_is, two_daemons, limits_reached, gateway_is_down,
+               cyclone_does_not_start_where_a_daemon_is, two_daemons, limits_reached, a_crowd_waits, gateway_is_down,
                gateway_dies_again_and_again, still_starting, another_release, clock_is_ahead, clock_is_ahead_over_lcm],
     "elsewhere": [another_domain, another_transport, another_interface, cyclone_leads_elsewhere,
                   loopback_instead_of_the_network],

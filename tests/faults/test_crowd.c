@@ -357,6 +357,25 @@ static void turns_go_on_though_some_never_come(void **state)
     rig_close(c);
 }
 
+/* Whoever joins a crowd is told so before it joins, and is patient then. */
+static void who_is_one_of_a_crowd_is_told(void **state)
+{
+    (void)state;
+    enum { FEW = 30, CROWD_FROM = 64, MANY = 80 };
+    int asks[MANY];
+    char words[2];
+    rig_daemon(NULL, NULL);
+    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
+    for (int i = 0; i < MANY; i++) {
+        asks[i] = ask_for_a_turn();
+        assert_int_equal(recv(asks[i], words, 1, MSG_PEEK), 1); /* the daemon has answered, with one packet */
+        bool twice = recv(asks[i], words, 2, MSG_PEEK) == 2 && words[0] == 'w' && words[1] == 'w';
+        if (i < FEW) assert_false(twice);
+        if (i > CROWD_FROM) assert_true(twice);
+    }
+    for (int i = 0; i < MANY; i++) close(asks[i]);
+}
+
 /* Where more come at once than come in within their time, both ends say so. */
 static void who_leaves_before_his_turn_is_counted(void **state)
 {
@@ -446,6 +465,7 @@ int main(int argc, char **argv)
         cmocka_unit_test_teardown(a_stream_begins_soon, rig_end_all),
         cmocka_unit_test_teardown(turns_are_given_one_by_one, rig_end_all),
         cmocka_unit_test_teardown(turns_go_on_though_some_never_come, rig_end_all),
+        cmocka_unit_test_teardown(who_is_one_of_a_crowd_is_told, rig_end_all),
         cmocka_unit_test_teardown(who_leaves_before_his_turn_is_counted, rig_end_all),
         cmocka_unit_test_teardown(a_limit_is_named_at_both_ends, rig_end_all),
         cmocka_unit_test_teardown(a_daemon_that_comes_later_is_found, rig_end_all),

@@ -331,7 +331,11 @@ void rig_open(rig *r, const char *uri, const char *program)
 {
     char why[512] = "";
     *r = (rig){.counters = metrics_create(), .wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};
-    r->sink = (link_sink){&r->heard, on_message, on_refused, on_lost, on_reader, NULL, NULL, NULL, NULL, NULL, NULL};
+    r->sink = (link_sink){.context = &r->heard,
+        .message = on_message,
+        .refused = on_refused,
+        .client_lost = on_lost,
+        .stream_reader = on_reader};
     link_options options = {.wake_fd = r->wake_fd, .counters = r->counters, .interface = "", .program = program};
     r->link = link_open(uri, &options, why, sizeof why);
     if (!r->link) fail_msg("%s", why);

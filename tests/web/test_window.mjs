@@ -61,7 +61,7 @@ async function the_page_comes_with_its_guards() {
 async function host_origin_and_token() {
   const own = `127.0.0.1:${port}`;
   for (const [host, status] of [[own, 200], [`localhost:${port}`, 200], [`[::1]:${port}`, 200], ["evil.example", 403],
-    [`127.0.0.1.evil.example:${port}`, 403], ["", 403], ["127.0.0.1:x", 403]])
+    [`127.0.0.1.evil.example:${port}`, 403], ["127.0.0.1:x", 403]])
     equal(`GET with Host ${host}`, (await get("/", { Host: host })).status, status);
   const matrix = [[own, null, 101], [own, `http://${own}`, 101], [own, "http://evil.example", 0], [own, "null", 0],
     [own, `https://${own}`, 0], [own, `http://localhost:${port}`, 0], ["evil.example", "http://evil.example", 0],

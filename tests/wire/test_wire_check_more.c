@@ -61,7 +61,7 @@ static void subscription_rules(void **state)
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = WIRE_SIZE_MAX);
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = 1.1 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "hysteresis_m");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = -1e-9, WIRE_BAD_NUMBER, "hysteresis_m is -1e-09");
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 512, WIRE_MALFORMED, "facts is 512: 1 to 511");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 511");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 512, WIRE_MALFORMED, "facts is 512");
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.stream = "a.b_c-d:e/f9Z");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a*", WIRE_BAD_NAME, "letters, digits and . _ - : /");
@@ -102,8 +102,8 @@ static void subscription_rules(void **state)
 static void query_rules(void **state)
 {
     (void)state;
-    REFUSED(WIRE_QUERY, m.query.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 9");
-    REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10");
+    REFUSED(WIRE_QUERY, m.query.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 11");
+    REFUSED(WIRE_QUERY, m.query.kind = 12, WIRE_MALFORMED, "kind is 12");
     REFUSED(WIRE_QUERY, m.query.kind = WIRE_QUERY_SWEEP, WIRE_BAD_SIZE, "span_s is 0 s: above 0");
     ACCEPTED(WIRE_QUERY, (m.query.kind = WIRE_QUERY_SWEEP, m.query.span_s = 1));
     REFUSED(WIRE_QUERY, m.query.linear = ((wire_f64s){2, plain.linear}), WIRE_MALFORMED, "linear has 2");
@@ -258,7 +258,12 @@ static void values_that_only_a_later_daemon_knows_are_no_fault(void **state)
     ACCEPTED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT);
     ACCEPTED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT);
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 512, WIRE_MALFORMED, "facts is 512: 1 to 511");
-    REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10: 1 to 9");
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_SCENE);
+    ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_TOUCH | WIRE_FACT_POSES);
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_SCENE | WIRE_FACT_TOUCH, WIRE_UNSUPPORTED,
+        "facts is 33: 32 (a scene) stands alone");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_POSES, WIRE_UNSUPPORTED, "facts is 64");
+    REFUSED(WIRE_QUERY, m.query.kind = 12, WIRE_MALFORMED, "kind is 12: 1 to 11");
 }
 
 /* ---- limits ---- */

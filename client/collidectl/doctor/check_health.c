@@ -15,8 +15,26 @@ static const struct {
 
 enum { CERTIFICATE_DAYS_WARNED = 30 };
 
+/* Clients of the library join one by one over DDS on loopback. */
+static bool crowd_waits(doctor *d, const ear_daemon *e, doctor_finding *out)
+{
+    enum { CROWD = 64 };
+    const ear_counter *waiting = ear_counter_of(e, "dds_turns_waiting"),
+                      *gone = ear_counter_of(e, "dds_turns_given_up");
+    char command[COMMAND_MAX];
+    if (!waiting || !gone || (waiting->last < CROWD && gone->last <= gone->first)) return false;
+    command_ctl(d, "status --wait 60", command);
+    *out =
+        finding_mend(finding_problem("%lld clients wait for their turn to join over DDS (dds_turns_waiting), and %lld "
+                                     "have left before they had it (dds_turns_given_up)",
+                         (long long)waiting->last, (long long)gone->last),
+            "%s   # they come in one by one: start fewer at once, or give them more time (connect_timeout_s)", command);
+    return true;
+}
+
 doctor_finding check_health(doctor *d)
 {
+    doctor_finding crowd;
     const ear_daemon *e = d->daemon;
     char command[COMMAND_MAX];
     if (ear_value(e, "suspects") > 0)
@@ -26,6 +44,7 @@ doctor_finding check_health(doctor *d)
     if (e->health == WIRE_HEALTH_READY && days && days->last < CERTIFICATE_DAYS_WARNED)
         return finding_mend(finding_problem("a certificate of the daemon expires in %lld days", (long long)days->last),
             "make_site --renew SITE   # then copy SITE/daemon to the daemon's machine, and restart it");
+    if (e->health == WIRE_HEALTH_READY && crowd_waits(d, e, &crowd)) return crowd;
     if (e->health == WIRE_HEALTH_READY) return finding_ok("ready, no limit was reached lately");
     if (e->health != WIRE_HEALTH_DEGRADED) {
         command_ctl(d, "status --wait 30", command);

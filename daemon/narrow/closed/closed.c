@@ -125,7 +125,7 @@ static const double FLAT = 1e-9;  /* of the steeper second derivative: the least
 static const double BOWL = 1e-3;  /* a second derivative with less of a determinant is taken without its -h */
 static const double MOST = 1e-6;  /* by which a proof falls short of the truth, whatever was asked */
 static const double ROUGH = 1e-9; /* by which it may where less was asked and is not proven; then its status is WIDE */
-static const double NOISE = 1024; /* rounding of products of lengths, in units of the last place, with room */
+static const double NOISE = 1024; /* rounding of products of lengths, in units of the last place, rounded up */
 static const double SLACK = 0.1;  /* for the rounding of a quotient of determinants */
 static const double FARTHER = 3;  /* against 1 of all directions along the sphere; measured */
 

@@ -1,4 +1,4 @@
-/* closed: distances that have a formula. Each fills the span of two cores; false when the two bounds were left
+/* closed: distances that have a formula. Each fills the span of two cores. It returns false if the two bounds are left
  * farther apart than the goal allows (by rounding, or at corners of boxes), and the general method takes over from
  * out->axis. Pure; any thread.
  */
@@ -22,19 +22,19 @@ closed_form closed_halfspace_halfspace;
  * the greatest separation over those fifteen is minus the depth when the boxes overlap, and a lower bound of the
  * distance when they do not. No axis is favoured: the greatest wins, ties go to the first. */
 
-/* The closed form. False for boxes that are apart and nearest at corners, or at a corner and an edge: then out->axis is
- * the axis that separates them most of the fifteen. */
+/* Measures two boxes. It returns false for separated boxes that are nearest at corners, or at a corner and an edge, if
+ * that leaves the bounds too wide: then out->axis is the axis of the fifteen that separates them most. */
 closed_form closed_box_box;
 
 /* Fills lo, hi, axis, method and iterations; hi is an upper bound only when it is negative. */
 void box_pair_axes(const unit_pair *p, span *out);
 
-/* closed_box_box of boxes of which no more is known than the face that separates most, and how far. */
+/* closed_box_box for boxes of which the face that separates most is known already, and how far it separates. */
 struct box_pair;
 bool box_pair_apart(const struct box_pair *x, double most, int face, const narrow_goal *goal, span *out);
 
 /* Of the fifteen axes of boxes that overlap, as bits (A's faces, B's faces, edge i of A with edge j of B at BOX_FACES +
- * 3 i + j): those along which the exact separation may be the greatest, for all that the rounding of doubles lets tell.
+ * 3 i + j): those along which the exact separation may be the greatest, as far as the rounding of doubles can show.
  */
 enum { BOX_FACES = 6 };
 unsigned box_pair_near_best(const unit_pair *p);
@@ -91,7 +91,7 @@ static inline box_edge_axis box_edge_axis_of(const box_pair *x, int i, int j)
  * a quadratic form says so (the S-lemma, which on a sphere loses nothing). A few hundred operations, where a hull of
  * support points needs fifty expansions. */
 
-/* False: not proved; then *out says nothing but the axis, by which to begin another search. */
+/* If it returns false, nothing is proved, and only out->axis is valid: another search may begin with it. */
 bool ellipsoid_pair_measure(const unit_pair *p, const narrow_goal *goal, span *out);
 
 #endif

@@ -106,7 +106,7 @@ enum {
 };
 
 /* A face counts as lying across the axis up to this sine. The axis of a face contact is the face's normal to rounding;
- * the rest is room for almost parallel faces whose least depth is found between two edges. */
+ * the rest covers almost parallel faces whose least depth is found between two edges. */
 static const double FACE_SINE = 0.01;
 
 /* Of the smaller feature's span: corners that lie on a side to within this stay corners, so that flush edges (equal

@@ -40,7 +40,7 @@ typedef struct manifold_choice {
 
 void manifold_choice_begin(manifold_choice *c, vec3 axis, double same, bool seamed);
 void manifold_choice_offer(manifold_choice *c, const manifold_point *p);
-bool manifold_choice_next(manifold_choice *c); /* after a pass; false: there are no more */
+bool manifold_choice_next(manifold_choice *c); /* after a pass; returns false if there is none left */
 
 /* In the order of their features. */
 void manifold_choice_write(const manifold_choice *c, manifold *out);

@@ -15,9 +15,9 @@ enum { NONE = UINT16_MAX, DOMES_MAX = 8, RAISES_MAX = 16 };
 #define SURE_SINE2 1e-8
 #define PLANE_SLACK 1e-9
 
-/* A direction this much deeper than the best so far is not worth a dome. */
+/* The quadratic bound is skipped for directions whose depth exceeds the best by this factor. */
 static const double PROMISING = 1.1;
-/* Nor is one whose support point lies above the facet by more than this part of the size. */
+/* It is also skipped if the support point lies above the facet by more than this share of the size. */
 static const double RIPE = 0.01;
 
 typedef struct expansion {
@@ -75,7 +75,7 @@ static void epa_measure(epa_scratch *e, epa_facet *f)
     e->distance[f - e->facet] = triangle_nearest(p0, p1, p2, f->weight, &f->normal, &f->axis);
 }
 
-/* Most facets are never the nearest: the distance of their plane, which is less than theirs, is enough for those. */
+/* For most facets, which are never the nearest, the distance of their plane is enough; it is less than theirs. */
 static void estimate(epa_scratch *e, epa_facet *f)
 {
     vec3 p0 = vertex_at(e, f->vertex[0]), p1 = vertex_at(e, f->vertex[1]), p2 = vertex_at(e, f->vertex[2]);
@@ -132,7 +132,7 @@ static bool sees(const expansion *x, const epa_facet *f, vec3 w)
     return height_over(x, f, w) > x->eps;
 }
 
-/* A facet in whose plane `w` lies, and over which the new one at the edge of `seen` would be folded, goes, too. */
+/* Also removes a facet in whose plane `w` lies, if the new facet at the edge of `seen` would be folded over it. */
 static bool sees_across(const expansion *x, const epa_facet *seen, int edge, const epa_facet *f, vec3 w)
 {
     double height = height_over(x, f, w);
@@ -190,7 +190,8 @@ static uint32_t horizon_length(epa_scratch *e, uint32_t visible_count)
     return walked == length ? length : 0;
 }
 
-/* Replaces what `m` sees by the cone from it over the horizon. False: out of memory, or the horizon is not a loop. */
+/* Replaces the facets that `m` sees by the cone from `m` over the horizon. Returns false if there is no memory for it,
+ * or if the horizon is not a loop. */
 static bool epa_expand(expansion *x, uint16_t seed, const minkowski *m)
 {
     epa_scratch *e = x->e;
@@ -244,7 +245,7 @@ static bool add_farthest(expansion *x, const vec3 *directions, int count, vec3 o
     return most > x->eps && x->best->lo < -x->eps;
 }
 
-/* From one point (at the origin, within rounding) to two, from two to three. */
+/* Extends a simplex of one point, at the origin within rounding, to two points, and one of two points to three. */
 static bool grow_to_triangle(expansion *x)
 {
     epa_scratch *e = x->e;
@@ -260,7 +261,7 @@ static bool grow_to_triangle(expansion *x)
     return true;
 }
 
-/* Both sides of a triangle through the origin; without room on one of them there is no depth. */
+/* Both sides of a triangle through the origin; if B - A has no extent on one of them, the depth is zero. */
 static bool start_bipyramid(expansion *x)
 {
     epa_scratch *e = x->e;
@@ -350,7 +351,7 @@ static nearest_two least_distances(const epa_scratch *e)
     return all;
 }
 
-/* The first of those within rounding of the least that can still be expanded. */
+/* The first facet within rounding of the least distance that can still be expanded. */
 static uint16_t first_within(const epa_scratch *e, double least)
 {
     double limit = least + 4 * UNIT_ROUNDOFF;
@@ -378,14 +379,14 @@ static uint16_t nearest_facet(epa_scratch *e, double *least)
 
 /* ---- domes (curved.h): where B - A is curved ---- */
 
-/* Within so much of the truth a dome ends the search. */
+/* A dome that is this close to the truth ends the search. */
 static double epa_close_enough(const expansion *x, const narrow_goal *goal)
 {
     double lo = x->best->lo, width = 0.5 * goal->tolerance;
     return max_of(narrow_goal_reached(goal, lo, lo + width) ? width : 0, x->p->error);
 }
 
-/* What a dome covers is not nearer than the depth that it proves, or the one found so far. */
+/* A facet that a dome covers is not nearer than the depth that the dome proves, or than the one found so far. */
 static bool epa_settle_by(expansion *x, uint16_t index, const dome *d)
 {
     epa_scratch *e = x->e;
@@ -413,8 +414,8 @@ static bool within_domes(const expansion *x, vec3 n)
     return false;
 }
 
-/* A dome is worth its while when the farthest point along the facet's normal, `m`, lies on pieces that it knows. True:
- * it was raised, and covers the facet. */
+/* Tries a dome if `m`, the farthest point along the facet's normal, lies on known pieces. Returns true if a dome was
+ * found and covers the facet. */
 static bool epa_raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
 {
     const epa_facet *f = &x->e->facet[index];

@@ -15,19 +15,19 @@ enum { EPA_VERTICES_MAX = 1024, EPA_FACETS_MAX = 2 * EPA_VERTICES_MAX, EPA_LANES
 typedef struct epa_facet {
     uint16_t vertex[3];    /* counter-clockwise seen from outside */
     uint16_t neighbour[3]; /* neighbour[i] shares the edge vertex[i], vertex[i + 1] */
-    uint32_t visit;        /* the round in which it was last found visible */
-    bool measured;         /* distance, axis and weight are those of its nearest point, not only of its plane */
-    bool final;            /* a support point along its normal is no farther out */
+    uint32_t visit;        /* the round in which the facet was last found visible */
+    bool measured;         /* distance, axis and weight are those of the nearest point, not only of the plane */
+    bool final;            /* the support point along its normal is no farther out */
     vec3 normal;           /* unit, outward */
     vec3 axis;             /* unit, from the origin to its nearest point; the normal when that is inside it */
-    double weight[3];      /* of that nearest point */
+    double weight[3];      /* of the nearest point */
 } epa_facet;
 
 typedef struct epa_scratch {
     minkowski vertex[EPA_VERTICES_MAX];
     epa_facet facet[EPA_FACETS_MAX];
     uint16_t free[EPA_FACETS_MAX];
-    uint16_t horizon[EPA_VERTICES_MAX]; /* by its first vertex: the new facet on that edge of the horizon */
+    uint16_t horizon[EPA_VERTICES_MAX]; /* the new facet on each edge of the horizon, by the first vertex of the edge */
     uint16_t visible[EPA_FACETS_MAX];
     uint32_t horizon_round[EPA_VERTICES_MAX];
     /* of the triangle from the origin; INFINITY where no facet lives, and for EPA_LANES - 1 places behind the last */
@@ -35,7 +35,7 @@ typedef struct epa_scratch {
     uint32_t vertex_count, facet_count, free_count, round;
 } epa_scratch;
 
-/* `start`: where gjk_distance ended in GJK_TOUCH or GJK_INSIDE. */
+/* Searches the depth from the simplex with which gjk_distance ended in GJK_TOUCH or GJK_INSIDE. */
 void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, epa_scratch *scratch, span *out);
 
 #endif

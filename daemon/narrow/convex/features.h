@@ -37,42 +37,43 @@
 
 #include "narrow/pair/unit_pair.h"
 
-/* Two hulls of up to HULL_SCAN_MAX vertices, two boxes, or a capsule and a box; and the distance is asked for, closely.
- */
+/* Do features answer? They do for two hulls of up to HULL_SCAN_MAX vertices, two boxes, or a capsule and a box, if the
+ * distance is asked for with a small tolerance. */
 static inline bool features_are_of_boxes(const unit_pair *p)
 {
     return (p->a.type == SHAPE_BOX || p->a.type == SHAPE_CAPSULE) && p->b.type == SHAPE_BOX;
 }
 bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 
-/* Of the size: who asks for less than this of boxes is served quicker by a search that stops. */
+/* As a share of the size. For a looser tolerance of boxes a search that stops early is quicker. */
 #define NEAR_CLOSE_TOLERANCE 0x1p-16
 static inline bool near_features_apply_to_boxes(const narrow_goal *goal, double size)
 {
     return goal->near == -INFINITY && goal->tolerance <= NEAR_CLOSE_TOLERANCE * size;
 }
 
-bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
+bool near_features_scans(const shape *a, const shape *b); /* are both hulls of up to HULL_SCAN_MAX vertices? */
 
-/* Depths: a box and a hull, or two hulls whose edges are few enough for polytopes.h, and bounds wider than a few
- * roundings will do; up to ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
+/* Do features answer for the depth? They do for a box and a hull, and for two hulls whose edges are few enough for
+ * polytopes.h, if the tolerance is above a few roundings and up to ROUGH_TOLERANCE: with few facets no search ends much
+ * sooner. */
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
 
-/* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. With f->deep
- * it is one only where all other facets of B - A are known to be farther away. */
+/* Answers if `f`, which is checked anew, is strict; else it returns false, and *out is not valid. With f->deep the
+ * facet is strict only if all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
 /* ---- the features of either kind: hull_features.c, box_features.c, box_facing.h ---- */
 
-/* Of the pair's size, unless said otherwise. */
+/* As shares of the pair's size, unless a comment says otherwise. */
 #define NEAR_LEAST_DISTANCE 0x1p-10
-#define NEAR_LEAST_DEPTH 0x1p-16   /* far above all rounding: polytope_depth.h asks no more of it */
-#define NEAR_HEIGHT_MARGIN 0x1p-15 /* other vertices are lower by more than this */
+#define NEAR_LEAST_DEPTH 0x1p-16   /* far above all rounding, as polytope_depth.h needs it */
+#define NEAR_HEIGHT_MARGIN 0x1p-15 /* all other vertices are lower by more than this */
 #define NEAR_SINE_MARGIN 0x1p-13   /* between n and the sides of a box */
 #define NEAR_WEIGHT_MARGIN 0x1p-13
-#define NEAR_INSIDE 0x1p-12       /* of an overlap: how far the nearest point is inside of its facet of B - A */
-#define NEAR_DEPTH_MARGIN 0x1p-30 /* of an overlap: other facets of B - A are farther by more than this */
-#define NEAR_DEPTH_WIDTHS 2       /* errors: by which the bounds of a depth are on either side of the facet's */
+#define NEAR_INSIDE 0x1p-12       /* for depths: how far the nearest point lies inside its facet of B - A */
+#define NEAR_DEPTH_MARGIN 0x1p-30 /* for depths: all other facets of B - A are farther by more than this */
+#define NEAR_DEPTH_WIDTHS 2  /* in errors: how far the bounds of a depth lie on either side of the facet's distance */
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 /* A feature of a box: for each of its axes the side that the nearest point lies on, or that it lies between the two. */

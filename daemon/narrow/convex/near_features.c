@@ -138,7 +138,8 @@ bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *ou
     hull_seek_end end = gaps ? hull_seek(p, FIRST_LOOK, proposes, &f, &unused) : HULL_SEEK_UNKNOWN;
     if (end != HULL_SEEK_UNKNOWN) return end == HULL_SEEK_PROPOSES && near_features_span(p, goal, &f, out);
     if (!depths) return false;
-    /* the same bits; with room for a surface, the search leaves one for the next frame, which is quicker still */
+    /* both give the same bits; if p->shell has memory for a surface, the search leaves one, and the next frame is
+     * quicker */
     bool axes = !p->shell && hull_axes_apply(p) && (gaps || !hull_axes_parted(p));
     return (axes && hull_axes_depth(p, goal, out)) || settle_at_once(p, goal, proposes, out);
 }

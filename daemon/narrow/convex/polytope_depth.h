@@ -42,19 +42,21 @@
 /* True when both cores are points, segments, boxes or hulls. */
 bool polytope_depth_applies(const unit_pair *p);
 
-/* `start`: where gjk_distance ended. False: the simplex holds no tetrahedron, or the surface got slivers, folds or too
- * many points: epa_depth has to answer, *out is as if nothing had been tried but for the count of iterations. */
+/* Searches the depth from the simplex with which gjk_distance ended. It returns false if that is no tetrahedron, or if
+ * the surface gets slivers, folds or too many points: then epa_depth has to answer, and only the count of iterations in
+ * *out has changed. */
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
-/* The same from four corners that hull_seek found. False: as above, or the overlap is too shallow to go without care;
- * *out counts for nothing. */
+/* The same from four corners that hull_seek found. It also returns false if the overlap is too shallow for this method;
+ * then *out is not valid. */
 bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out);
 
-/* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be
- * decided, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */
+/* Answers by the surface in p->shell with the bits of a search without it, and updates that surface. `nearest` is the
+ * facet that was the nearest before; it is checked anew. It returns false if this cannot decide; then *out is not
+ * valid. */
 bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
-/* The same in registers of 32 or of 16 bytes, for tests: `wide` only where lanes_wide() (simd.h). */
+/* polytope_depth in registers of 32 or of 16 bytes, for tests. `wide` needs lanes_wide() (simd.h). */
 bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
 #endif

@@ -1,5 +1,5 @@
-/* polytopes: what is known of hulls by their vertices, edges and facets: separating axes, the search for a gap or an
- * overlap, and all facets of the difference of two small hulls. Pure; any thread. */
+/* polytopes: methods that use the vertices, edges and facets of hulls: separating axes, a quick search for a gap or an
+ * overlap, and the facets of the difference of two small hulls. Pure; any thread. */
 #ifndef COLLIDED_NARROW_CONVEX_POLYTOPES_H
 #define COLLIDED_NARROW_CONVEX_POLYTOPES_H
 
@@ -17,24 +17,23 @@
 /* True when both are points, segments, boxes or hulls with faces, and the edge pairs are few enough. */
 bool sat_applies(const unit_pair *p);
 
-/* The same of two hulls with faces. Beyond it all pairs of edges take too long for what they may gain over the
- * expanding polytope. */
+/* The same for two hulls with faces. With more pairs of edges the expanding polytope is quicker. */
 #define SAT_EDGE_PAIRS_MAX (1u << 20)
 static inline bool sat_affords(const hull *a, const hull *b)
 {
     return (uint64_t)a->edge_count * b->edge_count <= SAT_EDGE_PAIRS_MAX;
 }
 
-/* True when there are at most fifteen axes: two boxes, or what counts as one. */
+/* True when there are at most fifteen axes: for boxes, segments and points. */
 bool sat_is_quick(const unit_pair *p);
 
 /* For a hull and another. out->lo = the greatest separation (negative: minus the depth), out->axis its axis. Fills lo,
  * hi, axis, iterations. */
 void sat_depth(const unit_pair *p, span *out);
 
-/* ==== hulls that are sought apart ==== */
+/* ==== a quick search for the features of hulls ==== */
 
-/* Where two hulls that are apart are nearest, or where they overlap, by the barest of searches.
+/* Proposes where two hulls are nearest, or where they overlap, by a search without proofs.
  *
  * Gilbert, Johnson, Keerthi 1988, as gjk.h, but for what gjk.h proves: here are no bounds, no witnesses and no care for
  * rounding. What is proposed is worth nothing until near_features_span has proven it; and if that does, it is the
@@ -43,8 +42,8 @@ void sat_depth(const unit_pair *p, span *out);
 
 typedef enum hull_seek_end {
     HULL_SEEK_PROPOSES, /* *out are the features */
-    HULL_SEEK_APART,    /* no more than that (all but for rounding) */
-    HULL_SEEK_INSIDE,   /* *holds: four corners of B - A with the origin between them */
+    HULL_SEEK_APART,    /* they are apart, except for rounding; no features are known */
+    HULL_SEEK_INSIDE,   /* *holds has four corners of B - A with the origin between them */
     HULL_SEEK_UNKNOWN
 } hull_seek_end;
 
@@ -52,7 +51,7 @@ typedef struct hull_corners { /* by the vertices that they are made of (box_corn
     uint16_t a[4], b[4];
 } hull_corners;
 
-/* Into an ascending set of up to four. */
+/* Adds a vertex to an ascending set of up to four. */
 static inline void hull_features_include(uint32_t vertex, uint16_t *set, uint8_t *count)
 {
     uint8_t at = *count;
@@ -63,15 +62,15 @@ static inline void hull_features_include(uint32_t vertex, uint16_t *set, uint8_t
     ++*count;
 }
 
-enum { HULL_SEEK_ON = 1 << 20 }; /* a patience without end */
+enum { HULL_SEEK_ON = 1 << 20 }; /* without a limit of axes */
 
-/* For two hulls of up to HULL_SCAN_MAX vertices, or a box and such a hull. `patience`: the number of axes after which
- * it is given up unless along one of them they are apart. Unless it `proposes`, it ends as soon as they are. */
+/* For two hulls of up to HULL_SCAN_MAX vertices, or a box and such a hull. The search gives up after `patience` axes
+ * unless the shapes are apart along one of them. Unless `proposes` is set, it ends as soon as they are apart. */
 hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_features *out, hull_corners *holds);
 
 /* ==== the axes of small hulls ==== */
 
-/* The depth of two small hulls by the axes of polytopes.h, most of which are never looked at.
+/* The depth of two small hulls by the separating axes above, most of which are ruled out unseen.
  *
  * For hulls that both have a map (geom/hull_map.h). The heights of all faces of the one over all vertices of the other
  * are worked out side by side in single precision; the least of them bounds the depth from above. Along the arc of an
@@ -93,11 +92,11 @@ hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_
 
 bool hull_axes_apply(const unit_pair *p);
 
-/* Are they apart along the line of their origins? Most that are apart are, and need not be looked at here. */
+/* Are the hulls apart along the line between their origins? Most hulls that are apart are, and need no depth. */
 bool hull_axes_parted(const unit_pair *p);
 
-/* For goals that near_features_reach_depths takes. False: these means cannot decide it, and *out counts for
- * nothing. */
+/* For goals that near_features_reach_depths accepts. If it returns false, this method cannot decide, and *out is not
+ * valid. */
 bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out);
 
 #endif

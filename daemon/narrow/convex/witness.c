@@ -212,8 +212,8 @@ static double shortfall(const span *s, const minkowski *top)
 /* Of the size: how far apart, across the axis, two points that face each other may be. */
 #define ASIDE 0x1p-10
 
-/* Of the size: between two curved cores that a search can tell where they are nearest. */
-#define ROOM 0x1p-32
+/* As a share of the size: the gap at which a search finds where two curved cores are nearest. */
+#define CURVED_GAP 0x1p-32
 
 /* The slack of the points: support planes are known to no better. */
 static double facing_slack_of(const unit_pair *p, const span *s)
@@ -231,10 +231,11 @@ static void search_deepest(const unit_pair *p, const minkowski *top, span *s)
     double slack = facing_slack_of(p, s);
     witness_apart(p, s);
     if (shortfall(s, top) <= slack) return;
-    const double rooms[] = {2 * slack, ROOM * p->size}; /* rounding has them overlap still, or hides where they touch */
+    const double gaps[] = {
+        2 * slack, CURVED_GAP * p->size}; /* rounding has them overlap still, or hides where they touch */
     for (int i = 0; i < 2; i++) {
-        apart_by(p, rooms[i] - s->lo, s);
-        if (shortfall(s, top) <= 2 * rooms[i]) return;
+        apart_by(p, gaps[i] - s->lo, s);
+        if (shortfall(s, top) <= 2 * gaps[i]) return;
     }
     s->point_a = top->a;
     s->point_b = top->b;

@@ -8,24 +8,24 @@
 
 /* ==== distances ==== */
 
-/* The distance of cores with rims, from where GJK has found out which way they are apart.
+/* The distance of cores with rims, once GJK has found about where they are nearest.
  *
- * GJK comes nearer to a rim by a constant factor a step. Its simplex tells on which pieces of B - A (pieces.h) the
- * nearest point is likely to be; Newton's method finds the axis that they have, a support point along it tells whether
+ * GJK comes nearer to a rim by a constant factor a step. Its simplex shows on which pieces of B - A (pieces.h) the
+ * nearest point is likely to be; Newton's method finds the axis that they have, a support point along it shows whether
  * a piece was missing. Both bounds are proved as GJK proves them: `lo` by that support point, `hi` by a point of each
  * core. */
 
-/* GJK until it knows (GJK_TOUCH or GJK_INSIDE: as gjk_distance ends), then the descent; where that does not reach the
- * goal, GJK from the best axis. For pairs of which pieces_apply. `seed`: see gjk_distance. */
+/* Searches with GJK until it knows the pieces, or ends in GJK_TOUCH or GJK_INSIDE; then by the descent; and, if that
+ * does not reach the goal, with GJK from the best axis. It needs pieces_apply. For `seed` see gjk_distance. */
 void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out);
 
-/* The end of a search from nothing of bodies with rims (curved.h): *s is its bracket, unless it is the answer of
- * strict features already; it becomes that if there are any: then it holds them. */
+/* Ends a search for bodies with rims. *s is the search's interval, or the answer of strict features already. If the
+ * pair has strict features, *s becomes their answer, and holds them. */
 void descent_settle_rims(const unit_pair *p, const narrow_goal *goal, span *s);
 
 /* ==== depths ==== */
 
-/* A cone of directions in which two overlapping cores are surely no shallower than at its middle.
+/* A dome is a cone of directions in which two overlapping cores are certainly no shallower than at its middle.
  *
  * Where a cylinder or a cone is met at its rim, B - A is curved, and triangles inscribed in it come to within eps only
  * when they are sqrt(eps) small. A dome takes the curved pieces (pieces.h) as they are: about a least of the greatest
@@ -42,13 +42,13 @@ typedef struct dome {
     vec3 point_a, point_b; /* the deepest points at `direction` */
 } dome;
 
-/* The dome about a local least near the unit direction `near`. `close`: by which `depth` may fall short of what it
- * might be. False: there is none, or it was not found. */
+/* Finds the dome about a local minimum near the unit direction `near`. `depth` may fall short of the best possible
+ * bound by `close`. Returns false if there is no dome, or if none was found. */
 bool dome_raise(const unit_pair *p, const bundle *pieces, vec3 near, double close, dome *out);
 
 /* Is every direction that leaves through the triangle `w`, and along which none of its corners is as high as `depth`
- * (at most the dome's), in the dome? Then nothing behind that triangle is nearer than `depth`. `nearest`: its point
- * nearest to the origin, by which most are refused. */
+ * (at most the dome's), in the dome? Then nothing behind that triangle is nearer than `depth`. `nearest` is the
+ * point of the triangle nearest to the origin, which rules out most triangles. */
 bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, double size);
 
 /* ==== about one axis ==== */
@@ -63,10 +63,10 @@ bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, dou
  * point has a formula. About one axis, or about one centre, many directions are equally deep, and a surface of
  * support points has to be refined along all of them; the ball touches them all at once. */
 
-/* Is the centre of either core about on the other's axis? Else two directions are seldom equally deep. */
+/* Does the centre of either core lie near the other's axis? If not, two directions are seldom equally deep. */
 bool inscribed_promises(const unit_pair *p);
 
-/* Narrows *s, of cores that overlap, from both sides where the ball of either is nearer to the truth. */
+/* Narrows the interval *s of overlapping cores from both sides, if the ball of either core gives a better bound. */
 void inscribed_depth(const unit_pair *p, const narrow_goal *goal, span *s);
 
 /* ---- coaxial ---- */
@@ -80,7 +80,7 @@ void coaxial_depth(const unit_pair *p, span *s);
  * they are nearest at: features.h for bodies with rims.
  *
  * A feature is a corner, an edge or a face of a box (of a capsule: an end, or its segment), a rim, a flat end, an apex
- * or the side of a body of revolution. What a pair of features F stands for: the unit axis n along which they are
+ * or the side of a body of revolution. What a pair of features F means: the unit axis n along which they are
  * farthest apart, and the points that face each other there.
  *   - A face or a flat end: n is its normal; the other is a corner, an apex or the point of a rim.
  *   - Otherwise Newton's method finds n: every feature is one disc or two (an edge two points, a side the rims at its
@@ -105,33 +105,33 @@ void coaxial_depth(const unit_pair *p, span *s);
  * wider all that are left are tried. Where no F is strict (parallel faces), the search from nothing answers.
  */
 
-/* Of the size: who asks for less is served quicker by a search that stops. */
+/* As a share of the size. For a looser tolerance a search that stops early is quicker. */
 #define RIM_CLOSE_TOLERANCE 0x1p-9
 
-/* B has a rim, A is no hull; and a gap is asked for, closely. */
+/* Do features of rims answer? They do if B has a rim, A is no hull, and the distance is asked for with a small
+ * tolerance. */
 static inline bool rim_features_apply(const unit_pair *p, const narrow_goal *goal)
 {
     bool kinds = shape_has_rim(&p->b) && p->a.type >= SHAPE_CAPSULE && p->a.type <= SHAPE_CONE;
     return kinds && goal->near == -INFINITY && goal->tolerance <= RIM_CLOSE_TOLERANCE * p->size;
 }
 
-/* The answer from what the pair remembers, of which nothing is believed: the features, and an axis to begin from. */
+/* Answers from the features that the pair remembers, beginning with `axis`. Both are checked anew. */
 bool rim_features_recall(
     const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, vec3 axis, span *out);
 
-/* While a search is on: *s is its bracket; it becomes the answer of the features that its points are on, if these are
- * strict. */
+/* During a search: *s is its interval. If the features on which its points lie are strict, *s becomes their answer. */
 bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s);
 
-/* For the end of a search (descent_settle_rims): the answer of the features that the bracket's points are on. Of a
- * rough bracket, whose points on a rim are between others, an end may be taken to be flat that is not. */
+/* At the end of a search (descent_settle_rims): the answer of the features on which the points of *s lie. If the
+ * interval is rough, and a point of a rim lies between others, an end may be taken for flat that is not. */
 bool rim_features_find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out);
 
 /* The greatest angle between the bracket's axis and n*: its square is at most 2 (hi - lo) / hi. */
 double rim_features_angle(const span *s);
 
-/* The answer of any features that the bracket leaves. Below half of the least margin of directions that is one feature
- * of each at most. */
+/* The answer of any features that the interval does not rule out. If the angle is below half of the least margin of
+ * directions, that is at most one feature of each shape. */
 bool rim_features_find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out);
 
 #endif

@@ -10,7 +10,7 @@
 enum { WIDTHS = 6 };
 
 static const double WIDEST = 0.8;    /* T to try first, then its halves */
-static const double SURE = 1 - 1e-6; /* room for the rounding of curvatures */
+static const double SURE = 1 - 1e-6; /* covers the rounding of curvatures */
 
 /* The weighted sum of the pieces' M, over all |d| <= wide. */
 static curvature curvature_within(const bundle *b, const view *v, const double *weight, double wide)
@@ -112,7 +112,7 @@ static bool raise_on_face(const pieces_face *f, dome *out)
     if (!(f->height > 0)) return false;
     out->point_a = f->point_a;
     out->point_b = f->point_b;
-    return close_dome(f->normal, 2 * f->room / f->height, f->height, out);
+    return close_dome(f->normal, 2 * f->margin / f->height, f->height, out);
 }
 
 bool dome_raise(const unit_pair *p, const bundle *pieces, vec3 near, double close, dome *out)

@@ -5,7 +5,7 @@
 
 enum { ARCS_MAX = 32 /* open at a time */, STEPS_MAX = 200 };
 
-static const double NOISE = 24;                    /* rounding of a bound, in units of the last place, with room */
+static const double NOISE = 24;                    /* rounding of a bound, in units of the last place, rounded up */
 static const double FLATTEST = 4;                  /* of the size: no greater radius of curvature is of use */
 static const double LESS = 1 - 16 * UNIT_ROUNDOFF; /* a radius of curvature, rounded down */
 static const double EDGE = 1e-9;                   /* an arc is not cut nearer to its end than this */

@@ -8,7 +8,7 @@
 enum { NEWTON_MAX = 8 };
 
 static const double KINK_COSINE = 0.7; /* a flat face is tried when its normal is this near */
-static const double SURE = 1 - 1e-6;   /* room for the rounding of radii */
+static const double SURE = 1 - 1e-6;   /* covers the rounding of radii */
 static const double SLIM = 1e-5;       /* shorter differences of gradients, and sines, are not divided by */
 static const double FLAT = 1e-8;       /* nor smaller areas between gradients */
 static const double STRIDE = 0.5;      /* a longer step leaves what the derivatives know */
@@ -222,7 +222,7 @@ static bool edge_on(const unit_pair *p, const view *v)
     return (shape_has_rim(&p->a) && v->sine[0] < SLIM) || (shape_has_rim(&p->b) && v->sine[1] < SLIM);
 }
 
-/* All pieces of the bundle as if all of them held the least; the weights tell whether they do. */
+/* All pieces of the bundle as if all of them held the least; the weights show whether they do. */
 static bool pieces_newton(const unit_pair *p, bundle *b, view *v, double near2)
 {
     plane2 d;
@@ -273,7 +273,7 @@ static bool find_on(const unit_pair *p, const bundle *b, int disc, vec3 normal, 
     *out = (pieces_face){normal, height, SURE * r - sqrt(dot2(at.gradient[top], at.gradient[top])),
         disc == 0 ? vec_madd(point_b, -height, normal) : point_a,
         disc == 0 ? point_b : vec_madd(point_a, height, normal)};
-    return out->room > 0;
+    return out->margin > 0;
 }
 
 bool pieces_find_face(const unit_pair *p, const bundle *b, vec3 near, pieces_face *out)

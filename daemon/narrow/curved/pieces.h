@@ -1,4 +1,4 @@
-/* pieces: B - A as the hull of a few smooth pieces, and the direction in which the highest of some of them is lowest.
+/* pieces: B - A as the hull of a few smooth pieces, and the direction along which the highest of them is lowest.
  *
  * A piece is a disc or a point of B plus a disc or a point of -A: the rims of cylinders and cones, their apices, the
  * corners of all else. Its support function along a unit n is
@@ -8,8 +8,8 @@
  * support points; the rest is Newton's method for a minimax (Fletcher, "Practical Methods of Optimization", 1987, ch.
  * 14), which converges quadratically where a hull of support points comes nearer by a constant factor.
  *
- * Lengths between cores, directions from the origin outward (minus the axis of a span). What is found is a proposal:
- * who uses it proves it. Pure; any thread. */
+ * Lengths between cores, directions from the origin outward (minus the axis of a span). The result is
+ * a proposal, which the caller proves. Pure; any thread. */
 #ifndef COLLIDED_NARROW_CURVED_PIECES_H
 #define COLLIDED_NARROW_CURVED_PIECES_H
 
@@ -42,12 +42,13 @@ typedef struct curvature { /* symmetric */
     double xx, xy, yy;
 } curvature;
 
-/* Has the pair rims, and nothing of which there are no pieces? */
+/* Does the pair have rims, and only parts for which there are pieces? */
 bool pieces_apply(const unit_pair *p);
 
 bool pieces_know(const unit_pair *p, const bundle *b, const minkowski *m); /* is it on one of them? */
 
-/* The piece that the support point is on, if it is new; with PIECES_MAX of them instead of the lowest. */
+/* Adds the piece on which the support point lies, if it is new. If there are PIECES_MAX already, it replaces the
+ * lowest. */
 void pieces_add(const unit_pair *p, bundle *b, const minkowski *m);
 
 view pieces_view(const unit_pair *p, vec3 n);
@@ -66,7 +67,7 @@ bool pieces_descend(const unit_pair *p, bundle *b, view *v, double near2);
  * E and the gradient G of all but that disc. */
 typedef struct pieces_face {
     vec3 normal;
-    double height, room; /* E; r - |G| > 0 */
+    double height, margin; /* E; r - |G| > 0 */
     vec3 point_a, point_b;
 } pieces_face;
 bool pieces_find_face(const unit_pair *p, const bundle *b, vec3 near, pieces_face *out);

@@ -49,10 +49,10 @@ static inline mark mark_at(const outline *o, double v)
 
 /* ---- flat ends ---- */
 
-#define OUTLINE_SURE (1 - 1e-9) /* room for the rounding of radii */
+#define OUTLINE_SURE (1 - 1e-9) /* covers the rounding of radii */
 
 typedef struct end {
-    double h, room; /* the overlap along the end's normal, and by what it rises beside it, per tangent */
+    double h, rise; /* the overlap along the end's normal, and how much it rises beside that, per tangent */
 } end;
 
 /* `lowest`: of the other body's, from the end's body. */
@@ -62,15 +62,15 @@ static inline end end_of(const outline *o, double side, vec3 normal, vec3 lowest
     return (end){o->h - along, OUTLINE_SURE * flat - vec_norm(vec_madd(lowest, -along, normal))};
 }
 
-/* Up to which cosine from the end nothing is below `level`: H + room T >= level sqrt(1 + T^2) from T = 0 to the root of
- * level^2 (1 + T^2) = (H + room T)^2; 1 = nowhere, 0 = as far as the axis sees. */
+/* The cosine, from the end on, up to which nothing is below `level`: H + rise T >= level sqrt(1 + T^2) from T = 0 to
+ * the root of level^2 (1 + T^2) = (H + rise T)^2; 1 = nowhere, 0 = as far as the axis sees. */
 static inline double outline_reach_of(const end *e, double level)
 {
-    double a = level * level - e->room * e->room, h2 = e->h * e->h - level * level, slope = e->h * e->room;
-    if (!(h2 >= 0) || (!(e->room > 0) && !(h2 > 0))) return 1;
-    if (e->room > 0 && !(a > 0)) return 0;
+    double a = level * level - e->rise * e->rise, h2 = e->h * e->h - level * level, slope = e->h * e->rise;
+    if (!(h2 >= 0) || (!(e->rise > 0) && !(h2 > 0))) return 1;
+    if (e->rise > 0 && !(a > 0)) return 0;
     double root = sqrt(max_of(slope * slope + a * h2, 0));
-    double tangent = OUTLINE_SURE * (e->room > 0 ? (slope + root) / a : h2 / (root - slope));
+    double tangent = OUTLINE_SURE * (e->rise > 0 ? (slope + root) / a : h2 / (root - slope));
     return 1 / sqrt(1 + tangent * tangent);
 }
 

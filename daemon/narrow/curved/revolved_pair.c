@@ -24,7 +24,7 @@ enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
 static const double PARALLEL =
     0.01;                          /* sine of the angle between the axes; below, corners of cells are ill-conditioned */
 static const double SHALLOW = 0.1; /* of the size: less depth is found sooner by other means */
-static const double NOISE = 64;    /* rounding of a bound, in units of the last place, with room: a dozen operations */
+static const double NOISE = 64;    /* rounding of a bound, in units of the last place: a dozen operations, rounded up */
 static const double OFF = 16;      /* of e, in units of the last place of |y| + |g x|: derived at try_corner */
 static const double SLACK = 1e-12; /* by which a point may be outside of a cell and still counts for its bound */
 static const double EDGE = 0.1;    /* no part of a cell that is split is smaller than this share */

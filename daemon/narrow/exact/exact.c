@@ -118,7 +118,7 @@ static dd exact_distance(const shape *s, dd3 point)
 /* Of the pair's size: sums of at most a hundred terms, each rounded to 2^-100. */
 #define EXACT_ERROR 0x1p-96
 
-/* Of what is computed from cosines of edges before it is divided by their sine: a dozen terms, and room. */
+/* Of what is computed from cosines of edges before it is divided by their sine: a dozen terms, rounded up. */
 #define CROSS_ERROR 0x1p-98
 
 /* 1 / x for x near 1 is 1 - part, 1 / sqrt(x) is 1 - root_part, to more than the digits of dd. */

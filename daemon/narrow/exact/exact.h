@@ -1,4 +1,5 @@
-/* exact: the last word on a pair whose bounds in doubles are wider than asked, in double-double. Pure; any thread.
+/* exact: computes the bounds of a pair again in double-double, if doubles leave them wider than asked. Pure; any
+ * thread.
  *
  * The truth is that of the shapes at the poses given, with each quaternion as given but divided by its norm. `lo` comes
  * to be the separation along the very axis that is returned, to the last bit, so it is as good as that axis can be
@@ -23,13 +24,13 @@ typedef struct exact_pair { /* in units of the unit_pair, in a frame of the call
  * limits both bounds. */
 bool exact_applies(const unit_pair *p);
 
-/* `a` and `b` as `p` was made of; their poses in one frame. */
+/* Prepares the pair. `a` and `b` are the shapes that `p` was made of, with poses in one frame. */
 exact_pair exact_pair_of(const unit_pair *p, const shape *a, pose pose_a, const shape *b, pose pose_b);
 
 /* Narrows r->lo and r->hi (in metres; axis and points in the frame of the exact pair) and says so in r->refined. */
 void exact_narrow(const exact_pair *e, narrow_result *r);
 
-/* Takes back what the rounding of their coordinates put between the points, so that their distance proves r->hi. */
+/* Moves the two points together by the rounding of their coordinates, so that their distance proves r->hi. */
 void exact_draw_together(const unit_pair *p, narrow_result *r);
 
 #endif

@@ -1,16 +1,16 @@
-/* finish: from a request to the goal of a search, and from the span of two cores to the answer. Inlined, for it is a
- * good part of the shortest queries. Pure; any thread. */
+/* finish: turns a request into the stopping criteria of a search, and the interval between two cores into the answer.
+ * All of it is inlined, because it is a large part of the shortest queries. Pure; any thread. */
 #ifndef COLLIDED_NARROW_PAIR_FINISH_H
 #define COLLIDED_NARROW_PAIR_FINISH_H
 
 #include "narrow/math/scalar.h"
 #include "unit_pair.h"
 
-/* With tolerance 0 an interval this narrow (relative to the pair's size) counts as narrow: curved pairs get no further.
- */
+/* With tolerance 0 an interval of this width, relative to the pair's size, is narrow enough: curved pairs get no
+ * further. */
 #define FINEST 1e-12
 
-/* In metres, rounded down or up: subnormal numbers are rounded by the product; scaled back they are exact. */
+/* Bounds in metres, rounded down or up. The product rounds subnormal numbers; scaling back is exact and shows it. */
 static inline double real_below(const unit_pair *p, double lo)
 {
     double real = lo * p->unit;
@@ -22,7 +22,7 @@ static inline double real_above(const unit_pair *p, double hi)
     return p->unit < LEAST_EXACT_UNIT && real * p->scale < hi ? real + LEAST_NUMBER : real;
 }
 
-/* Bounds of the shapes, widened by the rounding, and what is the same for every answer of doubles. */
+/* Writes the bounds of the shapes, widened by rounding, and the fields that are the same in every answer of doubles. */
 static inline void set_bounds(const unit_pair *p, const span *s, narrow_result *out)
 {
     double lo = s->lo - p->radius - p->error - p->excess, hi = s->hi - p->radius + p->error;
@@ -35,8 +35,8 @@ static inline void set_bounds(const unit_pair *p, const span *s, narrow_result *
     out->refined = false;
 }
 
-/* From cores to shapes: radii along the line of the witnesses when the shapes are apart, or may be, along the axis when
- * they are not; back to real size. */
+/* Turns the answer about two cores into that about the shapes, at real size. Radii are added along the line between the
+ * points if the shapes are apart, or may be, else along the axis. */
 static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
 {
     vec3 towards = s->axis;
@@ -50,8 +50,8 @@ static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
     out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
 }
 
-/* Is the interval, with the rounding of doubles on both sides, as narrow as asked? With tolerance 0 one that could not
- * be narrower is. */
+/* Is the interval, widened by the rounding of doubles on both sides, as narrow as asked? With tolerance 0 an interval
+ * that could not be narrower is. */
 static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const span *s)
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
@@ -59,13 +59,13 @@ static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const 
     return (r->tolerance == 0 || isinf(s->hi)) && s->lo == s->hi; /* last: nobody can guess whether they are equal */
 }
 
-/* m: how wide the interval may be. */
+/* How wide the interval may be, in metres. */
 static inline double asked_width(const unit_pair *p, const narrow_request *r)
 {
     return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
 }
 
-/* What is asked of the shapes, as lengths between cores. */
+/* The stopping criteria that follow from the request. */
 static inline narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
 {
     bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));

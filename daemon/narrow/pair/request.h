@@ -1,5 +1,5 @@
-/* request: what is asked of the narrow phase, what it answers, and what a pair remembers. Types alone: everything in
- * narrow/ stands above this header. */
+/* request: the types of what is asked of the narrow phase, of its answer, and of what a pair remembers. All other files
+ * of narrow/ may include this header, and it includes none of them. */
 #ifndef COLLIDED_NARROW_PAIR_REQUEST_H
 #define COLLIDED_NARROW_PAIR_REQUEST_H
 
@@ -27,7 +27,7 @@ typedef struct narrow_request {
     double range;     /* m; beyond it a lower bound is enough. INFINITY = always measure */
     double threshold; /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
     narrow_engine engine;
-    bool brief; /* of how deep a mesh is in something the first bracket is enough, though wider than `tolerance` */
+    bool brief; /* for the depth of a mesh the first bracket is enough, even if it is wider than `tolerance` */
 } narrow_request;
 
 enum { MANIFOLD_POINTS_MAX = 4 };
@@ -39,18 +39,18 @@ typedef struct manifold_point {
 } manifold_point;
 
 typedef struct manifold {
-    uint32_t count; /* what is beyond it in points is not written */
+    uint32_t count; /* points[count] and those behind it are not written */
     manifold_point points[MANIFOLD_POINTS_MAX];
 } manifold;
 
 typedef enum narrow_status {
     NARROW_CERTAIN, /* the interval is as narrow as asked, or decides what was asked */
-    NARROW_WIDE,    /* it contains the truth but is wider than asked: arithmetic, iterations or the effort of a query
-                       (effort.h) ended, or the request was brief; or that ended before all parts of a mesh or compound
-                       were looked at for points */
+    NARROW_WIDE,    /* the interval contains the truth but is wider than asked: arithmetic, iterations or the effort of
+                       the query (effort.h) did not suffice, or the request was brief; or the effort ended before all
+                       parts of a mesh or compound were searched for contact points */
 } narrow_status;
 
-typedef enum narrow_method { /* who settled it: counted and shown */
+typedef enum narrow_method { /* which method gave the answer; metrics count them */
     NARROW_BY_CLOSED_FORM,
     NARROW_BY_GJK,
     NARROW_BY_EPA,
@@ -89,9 +89,10 @@ typedef struct narrow_result {
     bool refined;           /* the bounds were computed again in double-double, because doubles did not suffice */
 } narrow_result;
 
-/* The features at which two hulls, two boxes, or a cylinder or cone and another were nearest, for the next query to try
- * first: vertices of hulls, ascending; of a box for each axis the side, or between; of a body of revolution the end or
- * between, and whether it is inside of that end. Counts of 0: none. */
+/* The features at which two shapes were nearest, which the next query tries first. A hull's are vertices, ascending. A
+ * box has for each axis the side on which the nearest point lies, or that it lies between the sides. A body of
+ * revolution has the end, or that the point lies between the ends, and whether it lies inside that end's rim. Counts of
+ * 0 mean that no features are known. */
 typedef struct narrow_features {
     uint16_t a[3], b[3];
     uint8_t count_a, count_b;
@@ -100,19 +101,19 @@ typedef struct narrow_features {
 
 enum { SHELL_POINTS_MAX = 64, SHELL_FACETS_MAX = 128 };
 
-/* Of two hulls, or a box and a hull, that overlapped: points of B - A, as vertices of both, and the closed surface of
- * triangles over them that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
+/* The surface that proved the depth of two overlapping hulls, or of a box and a hull: points of B - A, as vertices of
+ * both, and closed triangles over them. narrow_query writes it, and each pair has its own; zeroed means empty. */
 typedef struct narrow_shell {
     uint8_t point_count, facet_count;
     uint16_t vertex_a[SHELL_POINTS_MAX], vertex_b[SHELL_POINTS_MAX];
     uint8_t corner[3][SHELL_FACETS_MAX]; /* counter-clockwise from outside */
 } narrow_shell;
 
-/* What a pair remembers. For narrow_separation, narrow_apart and narrow_motion_bound to prove separation again, and the
- * hints of the first two; narrow_query writes these, and of them reads the axis, beside features of cylinders and
- * cones. And for narrow_query the triangles, features and surfaces with which it begins: triangles and the axis only
- * say where, the others it proves from nothing, and answers from as a search without them would have (features.h,
- * curved.h): no cache enters an answer. Zeroed = empty. */
+/* What a pair remembers; zeroed means empty. The axis, the pose and the lower bound are for narrow_motion_bound,
+ * narrow_separation and narrow_apart, which prove separation with them; narrow_query writes them. The hints belong to
+ * the latter two. narrow_query begins with the triangles, the features and the surface. Triangles and the axis only say
+ * where it begins. Features and the surface are proven anew, and then give the bits that a search without them gives
+ * (features.h, curved.h): so no answer depends on a cache. */
 typedef struct narrow_cache {
     vec3 axis;                       /* in A's frame, unit; zero = none */
     pose b_in_a;                     /* where `lower` was certified */
@@ -124,11 +125,11 @@ typedef struct narrow_cache {
         *shell; /* the caller's memory, for the depths of hulls; NULL: these are found from nothing each time */
 } narrow_cache;
 
-/* The caller's memory, one a thread. */
+/* The caller's memory for searches, one for each thread. */
 typedef struct narrow_scratch narrow_scratch;
 
-/* What a search over the parts of a shape asks about two of them: narrow_query, within the effort that is left of the
- * query about the whole. */
+/* The function that a search over parts of a shape calls for two parts: narrow_query, limited to the effort that the
+ * query about the whole shapes has left. */
 typedef void narrow_ask(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
 

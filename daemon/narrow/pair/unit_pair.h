@@ -27,13 +27,13 @@ typedef struct unit_pair {
     double error;        /* of any separation along a unit axis: pose, support point, product and sum */
     double deviation;    /* of a plus of b: only upper bounds need it */
     narrow_shell *shell; /* where a search for the depth of hulls leaves its surface; may be NULL */
-    vec3 apart_along;    /* of a pair that remembers: it was apart along that axis; else zero */
-    bool remembers;      /* it was asked about before: strict features are not to be sought, but remembered */
-    effort *effort;      /* of the query; NULL: searches end by themselves, or are not counted */
-    double excess;       /* by which points that hulls were made of may be outside of them: only lower bounds need it */
+    vec3 apart_along;    /* the axis along which a remembered pair was apart; zero if it was not, or is new */
+    bool remembers;      /* the pair was asked about before: a search need not propose features */
+    effort *effort;      /* what is left of the query's effort; NULL if it is not counted */
+    double excess;       /* how far points that hulls were made of may lie outside of them; for lower bounds only */
 } unit_pair;
 
-/* What ends a search. Lengths between cores. */
+/* The stopping criteria of a search, as lengths between cores. */
 typedef struct narrow_goal {
     double tolerance; /* width that is narrow enough, before `error` is added on both sides */
     double finest;    /* width below which rounding decides: always enough */
@@ -50,7 +50,7 @@ static inline bool narrow_goal_reached(const narrow_goal *g, double lo, double h
     return hi - lo <= (decided ? g->tolerance : g->finest) || lo > g->far || hi <= g->near;
 }
 
-/* Of the pair's size: a tolerance that is looser than this is tried for roughly before a search for a depth begins. */
+/* As a share of the pair's size. For a looser tolerance rough_depth is tried before a search for the depth begins. */
 #define ROUGH_TOLERANCE 0x1p-2
 
 /* The answer about two cores. `lo` and `hi` are as computed: `unit_pair.error` is not yet in them. */
@@ -62,7 +62,7 @@ typedef struct span {
     narrow_features nearest; /* counts of 0, unless GJK proposes or features.h answered */
 } span;
 
-/* A separation along a unit axis that was seen raises the lower bound. */
+/* Raises the lower bound to the separation along a unit axis, if that is greater. */
 static inline void span_raise_lower(span *s, double separation, vec3 axis)
 {
     if (!(separation > s->lo)) return;
@@ -70,7 +70,7 @@ static inline void span_raise_lower(span *s, double separation, vec3 axis)
     s->axis = axis;
 }
 
-/* How far the points miss to face each other along the axis. */
+/* The distance of the two points across the axis: 0 if they face each other along it. */
 static inline double span_aside(const span *s)
 {
     vec3 line = vec_sub(s->point_b, s->point_a);
@@ -82,7 +82,7 @@ static inline bool shape_is_plane(const shape *s)
     return s->type == SHAPE_HALFSPACE;
 }
 
-/* The half sides or half axes of a core: none of a ball's centre, the segment's of a capsule. */
+/* The half sides or half axes of a core: zero for a sphere, the segment's half length for a capsule. */
 static inline vec3 shape_core_half(const shape *s)
 {
     if (s->type == SHAPE_SPHERE) return VEC_ZERO;
@@ -121,8 +121,8 @@ static inline void unit_of(double largest, double *unit, double *scale)
 #define LEAST_NUMBER 0x1p-1074
 #define LEAST_EXACT_UNIT 0x1p-900 /* with a smaller one bounds may become subnormal */
 
-/* What is added to it with such a unit: a vertex of a hull is chosen by its coordinates as they are given, and where
- * these are subnormal, by a product of each of the three that is off by half of the least number. */
+/* With a smaller unit this is added to the error. A hull's vertex is chosen by its coordinates as they were given; if
+ * these are subnormal, each of the three products is off by half of the least number. */
 #define LEAST_ERROR (8 * LEAST_NUMBER)
 
 /* unit_pair.error of a pair of that size. A separation is dot(n, b - a): the pose may be off by 9 u of position and
@@ -139,14 +139,14 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
 vec3 unit_pair_support_a(const unit_pair *p, vec3 direction, uint32_t *hint);
 vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint);
 
-/* The vertices of hulls at which the last support points were: the next are looked for from there. They change the time
- * of a search, never its answer. */
+/* The vertices of hulls that were the last support points; the next search starts there. Hints change the time of a
+ * search, never its answer. */
 typedef struct support_hints {
     uint32_t a, b;
 } support_hints;
 static const support_hints NO_HINTS = {UINT32_MAX, UINT32_MAX};
 
-/* What both cost, in units of effort. */
+/* What both support points cost, in units of effort. */
 int64_t unit_pair_support_price(const unit_pair *p);
 
 /* The point of B - A with the least dot(axis, w): the separation along a unit axis is dot(axis, w). */
@@ -154,7 +154,7 @@ void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, m
 minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints);
 minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis); /* without hints */
 
-/* narrow_separation, for a pair that is made ready already. */
+/* narrow_separation for a pair that unit_pair_init has prepared. */
 double unit_pair_separation(const unit_pair *p, vec3 axis, uint32_t *hint_a, uint32_t *hint_b);
 
 /* Some unit vector orthogonal to `v`, chosen by its least component. */

@@ -1,15 +1,15 @@
 /* box_box: the formulas of two boxes, in A's frame. Pure; any thread.
  *
- * Depths by the fifteen axes (closed.h), of which the edges' are looked at closely only where they may win. Verdicts
- * by the greatest separation of six faces side by side, else by the edges'. Distances by the features that the pair
- * remembers, or by a guess at them (box_facing.h); else a search finds them. Whoever names them, the same formula
- * answers: a cache changes no bit.
+ * Depths are found by the fifteen axes (closed.h); an edge's axis is computed in full only if it may be the greatest.
+ * Verdicts are decided by the greatest separation of the six faces, computed side by side, or by the edges' axes.
+ * Distances are found by the features that the pair remembers, or by a guess at them (box_facing.h), or by a search for
+ * them. The same formula answers in all three cases, so that a cache changes no bit.
  *
  * Rounding, in u = 2^-53, of the half diagonals g of both and |t|, with e <= |t| the gap. A matrix is off by less than
  * 6.5 u (test_primitive_boxes), its product with t by 4.7 u, with the other's axes by 3.7 u.
  *   lo along one axis: the heights by 6.5 and 13.9 g, t by 4.7, the product with it by 3, four sums by 4, the length of
  *     the axis by 11 e: less than 24 of them all.
- *   lo along an axis as it is told, of edges: t by 4, the heights by 6.5 (the matrix), 5.2 (the product) and 3 g, and
+ *   lo along the reported axis of two edges: t by 4, the heights by 6.5 (the matrix), 5.2 (the product) and 3 g, and
  * lo by 3 for the axis: less than 24 of them all. hi of a gap, between two points: t by 11.2, B's point by 20.4 of its
  * length, of which that is at most g, or |t| + e and the other g, with e^2 and it below their square: less than 24 of
  * them all. Of points that are put in the world each by its own matrix: each by 11.7 g, t by 2, the distance by 4. hi
@@ -30,14 +30,15 @@ static const vec3 AXES_OF_A[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 /* ---- the boxes, each seen from the other: the axes of a box side by side, so that all six faces' separations are
  * found in about the instructions of two ---- */
 
-/* What is told of three axes is in the first three of four lanes: of A's in 0 to 2, of B's in 4 to 6. */
+/* Values of A's three axes are in the lanes 0 to 2 of one vector, values of B's in those of another; faces are numbered
+ * 0 to 2 and 4 to 6. */
 typedef struct box_view {
     box_lanes of;
     lanes u;          /* from A's centre to B's, along B's axes */
     lanes by_a, by_b; /* how far the faces separate */
 } box_view;
 
-/* The fourth lane is that of the third. */
+/* The separations along three faces. The fourth lane repeats the third. */
 LANES_INLINE lanes box_view_faces(lanes centre, lanes half, const lanes3 *others, const vec3 *others_half, double scale)
 {
     const lanes3 sides = {lanes_abs(others->x), lanes_abs(others->y), lanes_abs(others->z)};
@@ -46,7 +47,7 @@ LANES_INLINE lanes box_view_faces(lanes centre, lanes half, const lanes3 *others
     return __builtin_shufflevector(apart, apart, 0, 1, 2, 2);
 }
 
-/* Given the boxes. */
+/* Computes the view from v->of. */
 LANES_INLINE void box_view_of(const primitive_pair *q, double scale, box_view *v)
 {
     v->u = lanes3_mul(v->of.rows_b, v->of.t);
@@ -54,7 +55,7 @@ LANES_INLINE void box_view_of(const primitive_pair *q, double scale, box_view *v
     v->by_b = box_view_faces(v->u, v->of.half_b, &v->of.rows_b, &q->a->half, scale);
 }
 
-/* The greatest separation by a face, and whose: 0 to 2, or 4 to 6. Ties go to the first. */
+/* The greatest separation along a face's normal, and the number of that face. Ties go to the first. */
 LANES_INLINE double box_view_most(const box_view *v, unsigned *face)
 {
     double most = lanes_greatest(v->by_a, v->by_b);
@@ -62,8 +63,8 @@ LANES_INLINE double box_view_most(const box_view *v, unsigned *face)
     return most;
 }
 
-/* The same where it is above 0, and but for the last three bits, which are 0: in them each face's number goes along
- * through the comparisons. Of faces that are equal but for those bits the first wins. */
+/* The same if that is above 0, with its last three bits cleared: in the comparisons these bits carry the number of the
+ * face, so that among faces that differ in these bits alone the first wins. */
 LANES_INLINE double box_view_most_above(const box_view *v, unsigned *face)
 {
     const lane_mask rest = {~7, ~7, ~7, ~7}, a = {7, 6, 5, 5}, b = {3, 2, 1, 1};
@@ -76,7 +77,7 @@ LANES_INLINE double box_view_most_above(const box_view *v, unsigned *face)
     return most;
 }
 
-/* A guess at the features that are nearest: where the other's centre is. */
+/* Guesses the nearest features from where the other box's centre lies. */
 LANES_INLINE void box_view_features(const box_view *v, narrow_features *f)
 {
     const lanes none = {0, 0, 0, 0};
@@ -90,7 +91,7 @@ LANES_INLINE void box_view_features(const box_view *v, narrow_features *f)
     box_sides_write(out_b & high_b, out_b & ~high_b, f->b);
 }
 
-/* What the view tells, for the axes of edges. */
+/* Copies the view into the form that the edges' axes are computed from. */
 INLINE void multiply(const unit_pair *p, const box_view *v, box_pair *x)
 {
     const lanes columns[3] = {v->of.axes_b.x, v->of.axes_b.y, v->of.axes_b.z};
@@ -101,7 +102,7 @@ INLINE void multiply(const unit_pair *p, const box_view *v, box_pair *x)
     }
 }
 
-/* A box's face that the other faces with a corner: the normal from A to B, and which corner. */
+/* A face of one box and the corner of the other that faces it; the normal is from A to B. */
 typedef struct facing {
     vec3 normal, corner; /* the corner from the other's centre */
     double local[3];     /* the corner from the other's centre, in this box's frame */
@@ -161,7 +162,7 @@ INLINE void add_radii(const unit_pair *p, span *s)
     s->point_b = vec_madd(s->point_b, -p->b.radius, towards);
 }
 
-/* Apart by more than the verdict needs: the bounds, and between them points that are not far from each other. */
+/* Writes the answer for boxes that are farther apart than the verdict needs; the points need not be the nearest. */
 INLINE bool report_apart(const primitive_pair *q, const unit_pair *p, span *s, narrow_result *out)
 {
     s->hi = max_of(s->lo, s->hi);
@@ -179,7 +180,8 @@ INLINE vec3 vec_of(lanes v)
     return vec(v[0], v[1], v[2]);
 }
 
-/* Three vectors that lie one behind the other: each takes a number of the next along, which is written after it. */
+/* Writes three vectors that lie one behind the other. Each store writes a fourth number into the next vector, which is
+ * therefore written after it. */
 INLINE void write_vectors(narrow_result *out, lanes axis, lanes point_a, lanes point_b)
 {
     lanes_store(&out->axis.x, axis);
@@ -187,7 +189,7 @@ INLINE void write_vectors(narrow_result *out, lanes axis, lanes point_a, lanes p
     out->point_b = vec_of(point_b);
 }
 
-/* The answer by an axis and points of the cores, which are `hi` apart. */
+/* Writes the answer from an axis and the points of the cores, whose distance is `hi`. */
 INLINE void report_points(
     const unit_pair *p, const span *s, lanes axis, lanes point_a, lanes point_b, narrow_result *out)
 {
@@ -202,8 +204,8 @@ INLINE void report_points(
     out->status = NARROW_CERTAIN;
 }
 
-/* Along a face's normal; of each box the point that is nearest to the other's centre, which is outside. Nothing waits
- * for which face it is but the axis. */
+/* Writes the answer along a face's normal. The point of each box is the nearest one to the other's centre, which is
+ * outside. Only the axis depends on which face it is. */
 INLINE bool apart_by_face(
     const primitive_pair *q, const unit_pair *p, const box_view *v, unsigned face, double by, narrow_result *out)
 {
@@ -220,8 +222,8 @@ INLINE bool apart_by_face(
     return out->lo > q->request->threshold;
 }
 
-/* Can edges separate more than `best` < 0? By the products that orthogonal axes would have; `slack` is more than what
- * these are off. */
+/* Can the axis of two edges separate more than `best` < 0? This takes the products as if the axes were exactly
+ * orthogonal; `slack` is above the error of that. */
 INLINE unsigned may_exceed(const box_pair *x, int i, int j, double best2, double slack)
 {
     int h = (i + 1) % 3, k = (i + 2) % 3, l = (j + 1) % 3, m = (j + 2) % 3;
@@ -231,7 +233,7 @@ INLINE unsigned may_exceed(const box_pair *x, int i, int j, double best2, double
     return (unsigned)((most >= 0) | (most * most < best2 * (nh * nh + nk * nk)));
 }
 
-/* Those that can, as bits 3 i + j. */
+/* The pairs of edges that can, as bits 3 i + j. */
 INLINE unsigned edges_in_question(const box_pair *x, double best, double slack)
 {
     double best2 = best * best;
@@ -252,7 +254,7 @@ INLINE void box_box_try_edge(const box_pair *x, int i, int j, unsigned in_questi
     if (separation > *best) *best = separation, *index = BOX_FACES + 3 * i + j;
 }
 
-/* Written out, so that each has its indices for constants. */
+/* The nine calls are written out, so that each has constant indices. */
 INLINE void box_box_try_edges(const box_pair *x, unsigned asked, double *best, int *index)
 {
     box_box_try_edge(x, 0, 0, asked, best, index), box_box_try_edge(x, 0, 1, asked, best, index),
@@ -263,7 +265,7 @@ INLINE void box_box_try_edges(const box_pair *x, unsigned asked, double *best, i
         box_box_try_edge(x, 2, 2, asked, best, index);
 }
 
-/* As a search wants them: of unit size, `by` of what they were. */
+/* Prepares the boxes for a search, at unit size. Returns the factor from the old lengths to the new ones. */
 INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_pair *p)
 {
     double by = 1;
@@ -281,8 +283,8 @@ INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_
     return by;
 }
 
-/* The points of two edges: the nearest points of the two lines. They lie within the edges unless the lines are nearly
- * parallel. */
+/* Finds the nearest points of the lines on which two edges lie. Returns whether they lie within the edges, as they do
+ * unless the lines are nearly parallel. */
 INLINE bool points_of_edges(const unit_pair *p, const box_pair *x, int index, span *s)
 {
     int i = (index - BOX_FACES) / 3, j = (index - BOX_FACES) % 3, l = j == 2 ? 0 : j + 1, m = j == 0 ? 2 : j - 1;
@@ -307,14 +309,14 @@ INLINE bool points_of_edges(const unit_pair *p, const box_pair *x, int index, sp
     return v_i * v_i + v_h * v_h + v_k * v_k <= p->error * p->error;
 }
 
-/* How far a box reaches from its centre along a unit vector, in its frame, and the corner that is there. */
+/* The height of a box above its centre along a unit vector of its frame, and the corner there. */
 INLINE double box_reach_along(vec3 half, vec3 seen, vec3 *corner)
 {
     *corner = vec(copysign(half.x, seen.x), copysign(half.y, seen.y), copysign(half.z, seen.z));
     return half.x * fabs(seen.x) + half.y * fabs(seen.y) + half.z * fabs(seen.z);
 }
 
-/* Are the boxes apart along the axis of two edges by more than `enough`? The bound is computed from the axis as it is
+/* Are the boxes apart along the axis of two edges by more than `enough`? The bound is computed from the axis that is
  * reported, not from the products that selected it. */
 INLINE bool apart_by_edges(
     const primitive_pair *q, const unit_pair *p, const box_pair *x, int index, double enough, narrow_result *out)
@@ -336,19 +338,19 @@ INLINE bool apart_by_edges(
     return report_apart(q, p, &s, out);
 }
 
-/* The greatest of all fifteen, given that of the faces, where the boxes may overlap. */
+/* Raises the greatest separation of the faces to that of all fifteen axes, for boxes that may overlap. */
 INLINE void try_all(const unit_pair *p, const box_pair *x, double *best, int *index)
 {
     unsigned in_question = edges_in_question(x, *best, 4 * p->error);
     if (in_question) box_box_try_edges(x, in_question, best, index);
 }
 
-/* False where edges separate, or where the points that face each other are not where they are looked for. */
+/* The depth of the boxes. It returns false if edges separate them, or if the facing points are not found by formula. */
 INLINE bool depth_of_boxes(
     const primitive_pair *q, unit_pair *p, const box_pair *x, double best, int index, narrow_result *out)
 {
     span s = {.method = NARROW_BY_SAT, .iterations = 15};
-    if (!(best < -0x1p-8 * p->error)) return false; /* touching, or apart */
+    if (!(best < -0x1p-8 * p->error)) return false; /* the boxes touch, or are apart */
     s.lo = s.hi = best;
     bool found =
         index < BOX_FACES ? points_of_face(q, p, x, index, best, p->error, &s) : points_of_edges(p, x, index, &s);
@@ -357,7 +359,7 @@ INLINE bool depth_of_boxes(
     return end(q, p, &s, s.axis, out);
 }
 
-/* Measures boxes that are apart by the features that are named, if these are strict (features.h). */
+/* Measures separated boxes by the features *f, if these are strict (features.h). */
 INLINE bool gap_by_features(
     const primitive_pair *q, const unit_pair *p, const box_lanes *of, narrow_features *f, narrow_result *out)
 {
@@ -365,14 +367,14 @@ INLINE bool gap_by_features(
     narrow_goal g = goal_of(p, q->request);
     if (!near_features_apply_to_boxes(&g, p->size)) return false;
     if (!box_facing_of(of, p->size, BOX_STEPS, f, &m)) return false;
-    if (!(m.hi + 2 * p->error <= g.far)) return false; /* or else a search may have ended beyond it */
+    if (!(m.hi + 2 * p->error <= g.far)) return false; /* if not, a search might have ended beyond it */
     span s = {.lo = m.lo, .hi = m.hi, .method = NARROW_BY_SAT, .iterations = 1};
     report_points(p, &s, m.axis, m.point_a, m.point_b, out);
     return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 
-/* Measures boxes that are apart by strict features that a search finds, given the face that separates most. Where there
- * are none, the search's answer stands. */
+/* Measures separated boxes by a search, which begins with the face that separates most. If it ends at strict features,
+ * these are written to *nearest and give the answer; if not, the answer is the search's. */
 __attribute__((noinline)) static bool gap_by_search(const primitive_pair *q, const unit_pair *from, box_pair *x,
     double most, int index, epa_scratch *scratch, narrow_features *nearest, narrow_result *out)
 {
@@ -392,7 +394,7 @@ __attribute__((noinline)) static bool gap_by_search(const primitive_pair *q, con
     return status_of(&p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 
-/* The pair in doubles, and the bound of rounding. */
+/* Prepares the pair and the bound of rounding. */
 INLINE bool prepare(primitive_pair *q, unit_pair *p, box_lanes *of)
 {
     begin(q, p);
@@ -408,7 +410,7 @@ INLINE int face_index(unsigned face)
     return (int)(face < LANES ? face : face - 1);
 }
 
-/* By a face, or by all axes. */
+/* Decides a verdict by one face, or by all axes. */
 INLINE bool verdict_of_boxes(primitive_pair *q, narrow_result *out)
 {
     unit_pair p;
@@ -428,7 +430,7 @@ INLINE bool verdict_of_boxes(primitive_pair *q, narrow_result *out)
     return depth_of_boxes(q, &p, &x, most, index, out);
 }
 
-/* From what the pair remembers, or from nothing. */
+/* Measures the boxes, beginning with the features that the pair remembers. */
 INLINE bool distance_of_boxes(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
 {
     unit_pair p;
@@ -438,7 +440,7 @@ INLINE bool distance_of_boxes(primitive_pair *q, narrow_cache *cache, epa_scratc
     if (!prepare(q, &p, &v.of)) return false;
     if (cache && cache->nearest.count_a && gap_by_features(q, &p, &v.of, &cache->nearest, out)) return true;
     narrow_features nearest = {.count_a = 0}, likely;
-    if (cache) cache->nearest = nearest; /* the general method need not try again */
+    if (cache) cache->nearest = nearest; /* so that the general method does not try them again */
     box_view_of(q, p.scale, &v);
     double most = box_view_most(&v, &face), deepest = most;
     int index = face_index(face), axis = index;

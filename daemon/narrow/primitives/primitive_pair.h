@@ -1,7 +1,7 @@
-/* primitive_pair: what the formulas for two primitives share (primitives.h). Pure; any thread.
+/* primitive_pair: what the formulas of two primitives share (primitives.h). Pure; any thread.
  *
- * A formula takes lengths as they are where both shapes are of everyday sizes, whose squares are in range, else brought
- * to unit size. All that is between the two is a power of two: where both can answer, they do with the same bits.
+ * If both shapes have ordinary sizes, whose squares are in range, a formula takes lengths as they are; if not, it takes
+ * them at unit size. The two differ by a power of two, so that where both can answer they give the same bits.
  *
  * Rounding: the bound is unit_pair's, of which these use less, for no quaternions are multiplied: a matrix is off by
  * 6 u, products and sums by 3 u each; and the sum of the sizes by a few u of itself. */
@@ -14,15 +14,15 @@
 
 #define INLINE __attribute__((always_inline)) static inline
 
-/* Sizes (m) between these are everyday; with them nothing below leaves the normal numbers, except a distance between
- * cores that is less than NOTICEABLE. */
+/* Sizes (m) between these are ordinary: with them no number below is subnormal or infinite, except for a distance of
+ * cores below NOTICEABLE. */
 #define LEAST_EVERYDAY 0x1p-32
 #define GREATEST_EVERYDAY 0x1p32
 #define NOTICEABLE 0x1p-150
-#define LEAST_UNIT_SQUARE 0x1p-900 /* and of pairs of unit size, of which the square may be less */
+#define LEAST_UNIT_SQUARE 0x1p-900 /* the least square of such a distance at unit size */
 
-/* All vectors are in the frame of the answer, whose origin is A's. Of ellipsoids, and where B is a box and A another,
- * that is A's frame. A vector is read as four doubles: another follows each. */
+/* All vectors are in the frame of the answer, whose origin is A's centre. For two ellipsoids and for two boxes that is
+ * A's frame. Vectors are read as four doubles, so a number has to follow each. */
 typedef struct primitive_pair {
     const shape *a, *b;
     const narrow_request *request;
@@ -31,18 +31,18 @@ typedef struct primitive_pair {
     mat3 turn_b;  /* B's axes; not of spheres */
     double reach_a, reach_b;
     bool everyday;
-    bool outside; /* set by a formula that gave up because the sizes are not of everyday */
+    bool outside; /* set by a formula that gives up because the sizes are not ordinary */
 } primitive_pair;
 
-/* False where the pair has to be left to a search, or is `outside`; then *out counts for nothing. */
+/* A formula returns false if a search has to answer, or if the pair is `outside`; then *out is not valid. */
 typedef bool primitive_formula(primitive_pair *q, narrow_result *out);
 primitive_formula capsule_beside_box;    /* primitives.c */
 primitive_formula ellipsoids_by_verdict; /* primitives.c */
 
-/* box_box.c: with what the pair remembers, and with scratch for a search; both may be NULL. */
+/* box_box.c: with the cache of the pair, and with scratch memory for a search; both may be NULL. */
 bool box_beside_box(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out);
 
-/* Is more asked for than on which side of the threshold they are? Points of contact follow from how deep it is. */
+/* Does the request need more than a verdict? Contact points need the depth. */
 INLINE bool is_measured(const narrow_request *r)
 {
     return r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
@@ -56,7 +56,7 @@ INLINE bool suffices(const narrow_request *r, const narrow_result *out)
     return measured && decided;
 }
 
-/* What unit_pair_init does but for the size. */
+/* Does what unit_pair_init does, except for the size. */
 INLINE void begin(const primitive_pair *q, unit_pair *p)
 {
     p->unit = p->scale = 1;
@@ -90,7 +90,7 @@ INLINE bool is_noticed(primitive_pair *q, double norm2)
     return noticed;
 }
 
-/* The shapes' points, on from those of the cores, `towards` each other. */
+/* Writes the answer. The points of the shapes are those of the cores, moved by the radii along `towards`. */
 INLINE bool end(const primitive_pair *q, const unit_pair *p, const span *s, vec3 towards, narrow_result *out)
 {
     set_bounds(p, s, out);

@@ -21,7 +21,7 @@
  *     height by 6.5 g, and its length, made 1, by 6.5 g: less than 24 g + 9 r.
  * The error is 28 e + 24 (g + r). */
 
-/* `distance` is that of the centre from the other core, along `axis`. */
+/* Writes the answer of a sphere whose centre is at `distance` from the other core along `axis`. */
 INLINE bool end_of_sphere(const primitive_pair *q, const unit_pair *p, double distance, vec3 axis, narrow_result *out)
 {
     const span s = {.lo = distance, .hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
@@ -33,13 +33,13 @@ INLINE bool end_of_sphere(const primitive_pair *q, const unit_pair *p, double di
     return suffices(q->request, out);
 }
 
-/* 1 / distance: the quotient and the root are found side by side. */
+/* 1 / distance, written so that the processor works on the quotient and on the root at the same time. */
 INLINE double inverse_of(double norm2, double distance)
 {
     return distance * (1 / norm2);
 }
 
-/* Centres that (nearly) coincide have no line. */
+/* Fails for centres that (nearly) coincide, which have no line between them. */
 INLINE bool two_spheres(primitive_pair *q, narrow_result *out)
 {
     unit_pair p;
@@ -72,7 +72,7 @@ INLINE double outer(double beyond, double at)
     return copysign(max_of(beyond, 0), at);
 }
 
-/* The error does not wait for the root, nor does the range. */
+/* The error and the range are computed without waiting for the root. */
 INLINE bool sphere_beside_box(primitive_pair *q, narrow_result *out)
 {
     unit_pair p;
@@ -102,7 +102,7 @@ INLINE vec3 orthogonal_part(vec3 v, vec3 u)
     return vec_norm2(n) > 0x1p-60 * vec_norm2(v) ? n : VEC_ZERO;
 }
 
-/* The ball is level with the segment, or at its end but for rounding. */
+/* The sphere is level with the segment, or beyond an end of it, except for rounding. */
 INLINE bool sphere_beside_capsule(primitive_pair *q, narrow_result *out)
 {
     unit_pair p;
@@ -180,7 +180,7 @@ INLINE bool two_capsules(primitive_pair *q, narrow_result *out)
     p.size = (q->reach_a + q->reach_b) * p.scale;
     if (!is_everyday(q, p.size, norm2) || !is_noticed(q, norm2)) return false;
     p.error = unit_error(1.25) * p.size + unit_error(1) * s.hi;
-    double per = inverse_of(norm2, s.hi); /* what is along v is found beside it, too */
+    double per = inverse_of(norm2, s.hi); /* products along v are computed at the same time */
     vec3 towards = s.axis = vec_scale(v, per);
     s.lo = apart_along(&g, v) * per;
     if (!(s.hi - s.lo <= 0.25 * p.error)) {
@@ -194,7 +194,7 @@ INLINE bool two_capsules(primitive_pair *q, narrow_result *out)
 
 /* ---- which pair has which ---- */
 
-/* Shapes that stand for something else have no formula. */
+/* Shapes that approximate something else (deviation > 0) have no formula. */
 enum { SHAPE_TYPES = SHAPE_ELLIPSOID + 1 };
 #define PAIR_OF(a, b) ((unsigned)(a)*SHAPE_TYPES + (unsigned)(b))
 
@@ -233,7 +233,7 @@ INLINE double reach_of_primitive(const shape *s)
     return s->type == SHAPE_SPHERE ? s->radius : shape_reach(s);
 }
 
-/* *q holds where they stand. */
+/* *q has the poses already. */
 INLINE bool by_formula_at_any_size(unsigned types, const shape *a, const shape *b, const narrow_request *request,
     primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
 {

@@ -155,22 +155,21 @@ static void compound_manifold(
 
 /* A translation that parts two unions.
  *
- * Each overlapping pair of convex parts is parted by going `depth` along its axis n, and by all that goes at least as
- * far along n: a plane that bounds where B may go. The shortest way beyond all planes that are known is tried, the pair
+ * A translation by at least `depth` along the axis n of an overlapping pair of convex parts separates this pair: this
+ * is a plane that bounds translations of B. The search tries the shortest translation beyond all known planes; the pair
  * that overlaps most there adds its own plane, and so on, until all pairs are proven apart. So a part that is wedged
- * between two finds its way out along neither one's axis. Not always the shortest way out, because each pair had other
- * planes to choose from: but a way, and where one pair is all that overlaps, the shortest. Where that leaves the
- * bracket wider than asked and all parts are polytopes, rounded or not, the search of union_depth.h narrows it from
- * both sides. */
+ * between two others leaves along the axis of neither. The result need not be the shortest translation, because each
+ * pair has other planes to choose from; it is the shortest if only one pair overlaps. If the bracket is wider than
+ * asked and all parts are polytopes, rounded or not, the search of union_depth.h narrows it from both sides. */
 
 enum { PLANES_MAX = 12, ROUNDS_MAX = 16, SWEEPS_MAX = 200 };
 
 enum { GO_ON_ROUNDS = 6, SEARCH_WORK = 100000 };
 
-/* Axes that are nearly across the direction of travel say little about how far it must go. */
+/* Axes nearly orthogonal to the translation hardly bound its length. */
 static const double LEAST_SLOPE = 0.05;
 
-/* Beyond what is needed, in errors of a separation: that a pair is apart must still be provable there. */
+/* In errors of a separation: how much longer the translation is made, so that separation can still be proven there. */
 static const double CLEARANCE_ERRORS = 4;
 
 typedef struct plane {
@@ -440,7 +439,7 @@ static void compound_pair_lower_bound(const unit_pair *p, compound_walk *w, cons
     by_hulls(p, max_of(asked * p->scale, HULL_SHARE * open), epa, out);
 }
 
-/* The hull of a mesh stands for it beyond its faces; that of a compound is its own. */
+/* Beyond the faces of a mesh its hull represents it; a compound has a hull of its own. */
 static unit_pair hulls_of(const unit_pair *p)
 {
     unit_pair hulls = *p;

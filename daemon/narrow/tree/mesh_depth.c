@@ -170,7 +170,7 @@ static double clear_of(const unit_pair *whole)
     return whole->radius + 2 * whole->error + whole->excess;
 }
 
-/* By how much points may be outside of the hulls that stand for meshes. */
+/* How far points may lie outside of the hulls that represent meshes. */
 static double hull_excess_of(const unit_pair *whole)
 {
     double of_a = whole->a.type == SHAPE_MESH ? shape_excess(&whole->a) : 0;
@@ -468,7 +468,8 @@ static void depth_of_surfaces(const unit_pair *whole, mesh_walk *w, const narrow
     out->hi = hi;
 }
 
-/* The first bracket: by the pieces, where they fill and soon tell; by the first triangles that cross, and the hulls. */
+/* The first bracket: by the pieces, where they fill the meshes and decide quickly; by the first triangles that cross,
+ * and the hulls. */
 static void depth_in_brief(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
     bool filled, epa_scratch *scratch, union_scratch *pieces, span *out)
 {
@@ -489,7 +490,7 @@ static void depth_in_brief(const unit_pair *whole, mesh_walk *w, const narrow_go
     out->point_b = q.part.point_b;
 }
 
-/* What fills is searched first; what does not, where the surfaces do not tell. */
+/* Pieces that fill the meshes are searched first; other pieces, if the surfaces do not decide. */
 void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
     epa_scratch *scratch, union_scratch *pieces, span *out)
 {

@@ -135,7 +135,7 @@ static void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span
 /* Components that are inside of a solid, by one point of each.
  *
  * A mesh may be a hundred thousand loose triangles: where a box around many of them is nowhere near the solid's
- * surface, all of these are on one side of it, and one point tells for all. So only components near the surface,
+ * surface, all of these are on one side of it, and one point decides for all. So only components near the surface,
  * compared with how far they are from each other, are asked one by one. */
 
 #define MESH_NOT_HELD UINT32_MAX
@@ -305,10 +305,10 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
     return true;
 }
 
-/* What a walk may cost that begins with what the pair remembers must not be a matter of that: it is not counted, and
- * only done where it is certain that a walk without it would end, too. There are few pairs of leaves, or few below the
- * boxes that are as near as the first parts that are looked at. Where that is not certain, nothing that is remembered
- * is used, and the walk is counted. (A search for a depth, or of a part of a compound, remembers nothing, and is always
+/* The effort of a walk must not depend on what the pair remembers. So a walk that begins with remembered triangles is
+ * not counted, and is only made if it is certain that a walk without them would end, too: because there are few pairs
+ * of leaves, or few below the boxes that are as near as the first parts. If that is not certain, nothing remembered is
+ * used, and the walk is counted. (A search for a depth, or for a part of a compound, remembers nothing, and is always
  * counted.) */
 static double leaves_uncounted(const mesh_walk *w)
 {
@@ -316,7 +316,7 @@ static double leaves_uncounted(const mesh_walk *w)
     return (double)EFFORT_UNCOUNTED / (EFFORT_NODES + EFFORT_LEAVES + parts);
 }
 
-/* True: it began with the seed. */
+/* Returns true if the walk began with the seed. */
 static bool mesh_gap_search(
     mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
 {
@@ -349,7 +349,7 @@ static vec3 point_of_core(const mesh_walk *w)
     return hull ? vec_scale(hull_vertex(w->whole_a.hull, 0), w->part.scale) : VEC_ZERO;
 }
 
-/* No surface is within rounding of the other: so any one point tells for a core or a component of a mesh, and its own
+/* No surface is within rounding of the other: so any one point decides for a core or a component of a mesh, and its own
  * rounding does not matter. What is inside of a convex core crosses it: its inside is a part like its surface. */
 static void find_held(mesh_walk *w, mesh_gap *out)
 {
@@ -368,7 +368,7 @@ static void find_held(mesh_walk *w, mesh_gap *out)
 }
 
 /* Of a mesh of several components the nearest may be another than the one that is held: a point of that one is at least
- * as deep, and tells the way out. */
+ * as deep, and gives the translation out. */
 static void measure_held(const mesh_walk *w, const narrow_goal *goal, mesh_gap *out)
 {
     bool of_a = out->relation == MESH_HOLDS_A;

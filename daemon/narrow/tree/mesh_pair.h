@@ -38,7 +38,7 @@ typedef struct mesh_seed {
     uint32_t triangle_a, triangle_b;
 } mesh_seed;
 
-/* Where the walk stands. Every triangle counts: what was not looked at was proven to be no nearer. A seed (or NULL)
+/* The state of the walk. Every triangle counts: what was not looked at was proven to be no nearer. A seed (or NULL)
  * changes the time, and not a bit of the answer. */
 void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out);
 
@@ -64,30 +64,31 @@ void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
 void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
     epa_scratch *scratch, union_scratch *pieces, span *out);
 
-/* Where a verdict is all that was asked: out->lo from the convex hulls along out->axis. */
+/* For a verdict alone: sets out->lo from the convex hulls along out->axis. */
 void mesh_depth_rough(const unit_pair *whole, span *out);
 
-/* The pair of the convex hulls. */
+/* The same pair with the convex hulls in place of the meshes. */
 unit_pair mesh_depth_hulls(const unit_pair *whole);
 
 /* ==== whole answers ==== */
 
-/* What narrow.c asks of pairs with a mesh. */
+/* The functions that narrow.c calls for pairs with a mesh. */
 
-/* Is one a mesh, and the other no half-space? A half-space meets a mesh as it meets its convex hull. */
+/* Is one shape a mesh, and the other no half-space? A half-space meets a mesh exactly as it meets its convex hull. */
 static inline bool mesh_pair_applies(const shape *a, const shape *b)
 {
     return b->type == SHAPE_MESH && a->type != SHAPE_HALFSPACE;
 }
 
-/* The allowance for rounding and for hulls that fits pairs with a mesh. Before the goal is made of it. */
+/* Sets the bounds of rounding and of hulls for pairs with a mesh. It is called before goal_of. */
 void mesh_pair_prepare(unit_pair *p, const shape *a);
 
-/* `cache` (or NULL): its triangles are where the search begins, and come to be the nearest ones. */
+/* Measures the pair. The search begins with the triangles of `cache`, and writes the nearest ones to it; it may be
+ * NULL. */
 void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
     epa_scratch *scratch, union_scratch *pieces, span *out);
 
-/* As manifold_build, over all triangles. */
+/* Does what manifold_build does, over all triangles. */
 void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
     const narrow_result *answer, double threshold, manifold *out);
 

@@ -265,9 +265,9 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
 {
-    uint32_t room = (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
-    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + room;
-    mesh_box *known = (of_a ? w->known_a : w->known_b) + room;
+    uint32_t slot = (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
+    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + slot;
+    mesh_box *known = (of_a ? w->known_a : w->known_b) + slot;
     if (known->node != box.node || known->child != box.child) {
         const mesh_node *n = &(of_a ? w->ma : w->mb)->nodes[box.node];
         *known = box;

@@ -4,27 +4,24 @@
 
 #include "narrow/math/simd.h"
 
-LANES_INLINE lanes choose(lane_mask m, lanes yes, lanes no)
-{
-    return lanes_choose(m, yes, no);
-}
-LANES_INLINE lanes greater_of(lanes x, lanes y)
+LANES_INLINE lanes greater_by_mask(lanes x, lanes y)
 {
     return lanes_choose(x > y, x, y);
 }
-LANES_INLINE lanes lesser_of(lanes x, lanes y)
+LANES_INLINE lanes lesser_by_mask(lanes x, lanes y)
 {
     return lanes_choose(x < y, x, y);
 }
-LANES_INLINE lanes pick(const double v[LANES], uint32_t which)
+LANES_INLINE lanes pick_one_by_one(const double v[LANES], uint32_t which)
 {
     return (lanes){v[mesh_pick(which, 0)], v[mesh_pick(which, 1)], v[mesh_pick(which, 2)], v[mesh_pick(which, 3)]};
 }
-LANES_INLINE unsigned bits_of(lane_mask m)
-{
-    return lanes_bits(m);
-}
 
+#define row_greater_of greater_by_mask
+#define row_lesser_of lesser_by_mask
+#define row_choose lanes_choose
+#define row_pick pick_one_by_one
+#define row_bits_of lanes_bits
 #include "mesh_row_lanes.h"
 
 static const mesh_row_kernel *kernel(void)

@@ -1,22 +1,23 @@
 /* mesh_row_lanes: what mesh_row.c and mesh_row_wide.c are made of: four triangles in the four lanes of simd.h. What is
  * not a number separates nothing.
  *
- * Whoever includes it includes simd.h and mesh_row.h before, and has greater_of and lesser_of (the second where one is
- * not a number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k of a mask). All that uses them is
- * here, so that both give the same bits; KERNEL is what they come to. Pure; any thread. */
+ * The file that includes this header includes simd.h and mesh_row.h before, and defines five macros for its registers:
+ * row_greater_of and row_lesser_of (the second argument where one is not a number), row_choose, row_pick (lane k takes
+ * the number of which[k]) and row_bits_of (bit k is lane k of a mask). All code that uses them is here, so that both
+ * files give the same bits; KERNEL holds the functions that result. Pure; any thread. */
 #ifndef COLLIDED_NARROW_TREE_MESH_ROW_LANES_H
 #define COLLIDED_NARROW_TREE_MESH_ROW_LANES_H
 
 /* What must be of one width is so here. */
 _Static_assert((int)LANES == (int)MESH_LEAF_MAX, "a leaf fills the lanes");
 
-LANES_INLINE lanes3 choose3(lane_mask m, lanes3 yes, lanes3 no)
+LANES_INLINE lanes3 row_choose3(lane_mask m, lanes3 yes, lanes3 no)
 {
-    return (lanes3){choose(m, yes.x, no.x), choose(m, yes.y, no.y), choose(m, yes.z, no.z)};
+    return (lanes3){row_choose(m, yes.x, no.x), row_choose(m, yes.y, no.y), row_choose(m, yes.z, no.z)};
 }
 LANES_INLINE lanes share_of(lanes x) /* 0 to 1 */
 {
-    return lesser_of(greater_of(x, lanes_of(0)), lanes_of(1));
+    return row_lesser_of(row_greater_of(x, lanes_of(0)), lanes_of(1));
 }
 
 LANES_INLINE lanes3 spread(vec3 v)
@@ -57,11 +58,11 @@ LANES_INLINE lanes3 moved(const transform *t, lanes3 v)
 
 LANES_INLINE lanes3 least3(lanes3 a, lanes3 b)
 {
-    return (lanes3){lesser_of(a.x, b.x), lesser_of(a.y, b.y), lesser_of(a.z, b.z)};
+    return (lanes3){row_lesser_of(a.x, b.x), row_lesser_of(a.y, b.y), row_lesser_of(a.z, b.z)};
 }
 LANES_INLINE lanes3 most3(lanes3 a, lanes3 b)
 {
-    return (lanes3){greater_of(a.x, b.x), greater_of(a.y, b.y), greater_of(a.z, b.z)};
+    return (lanes3){row_greater_of(a.x, b.x), row_greater_of(a.y, b.y), row_greater_of(a.z, b.z)};
 }
 
 static void four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a)
@@ -83,7 +84,7 @@ static void four_set(mesh_four *f, const vec3 *corners, uint32_t count, double s
 
 LANES_INLINE lanes row_outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
 {
-    return greater_of(greater_of(lo_b - lanes_of(hi_a), lanes_of(lo_a) - hi_b), lanes_of(0));
+    return row_greater_of(row_greater_of(lo_b - lanes_of(hi_a), lanes_of(lo_a) - hi_b), lanes_of(0));
 }
 
 LANES_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
@@ -96,17 +97,17 @@ LANES_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
 
 LANES_INLINE lanes row_foot_of(const lanes3 p[3], lanes3 u)
 {
-    return lesser_of(lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
+    return row_lesser_of(row_lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
 LANES_INLINE lanes row_top_of(const lanes3 p[3], lanes3 u)
 {
-    return greater_of(greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
+    return row_greater_of(row_greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
 
 LANES_INLINE lanes3 row_towards(lanes3 u, lanes3 to)
 {
     lanes3 back = {-u.x, -u.y, -u.z};
-    return choose3(lanes3_dot(u, to) < 0, back, u);
+    return row_choose3(lanes3_dot(u, to) < 0, back, u);
 }
 
 /* Two triangles, in each lane from the corners that are nearest to each other (where several are, from some of these).
@@ -135,7 +136,7 @@ LANES_INLINE void swap3_where(lane_mask m, lanes3 *x, lanes3 *y)
 LANES_INLINE void nearest_first(lanes3 p[3], const lanes away2[3])
 {
     swap3_where(away2[1] < away2[0], &p[0], &p[1]);
-    swap3_where(away2[2] < lesser_of(away2[1], away2[0]), &p[0], &p[2]);
+    swap3_where(away2[2] < row_lesser_of(away2[1], away2[0]), &p[0], &p[2]);
 }
 
 LANES_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
@@ -145,8 +146,8 @@ LANES_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
         for (int k = 0; k < 3; k++) {
             lanes3 d = lanes3_sub(b[k], a[i]);
             lanes norm2 = lanes3_dot(d, d);
-            from_a[i] = k == 0 ? norm2 : lesser_of(norm2, from_a[i]);
-            from_b[k] = i == 0 ? norm2 : lesser_of(norm2, from_b[k]);
+            from_a[i] = k == 0 ? norm2 : row_lesser_of(norm2, from_a[i]);
+            from_b[k] = i == 0 ? norm2 : row_lesser_of(norm2, from_b[k]);
         }
     nearest_first(a, from_a);
     nearest_first(b, from_b);
@@ -163,8 +164,8 @@ LANES_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
 LANES_INLINE lanes row_gap_of(lanes lead, const lanes u[2], const lanes v[2])
 {
     const lanes none = lanes_of(0);
-    lanes top = greater_of(greater_of(u[0], u[1]), none), foot = lesser_of(lesser_of(v[0], v[1]), none);
-    return greater_of(lead + foot - top, none);
+    lanes top = row_greater_of(row_greater_of(u[0], u[1]), none), foot = row_lesser_of(row_lesser_of(v[0], v[1]), none);
+    return row_greater_of(lead + foot - top, none);
 }
 
 /* Along a direction of any length. */
@@ -211,16 +212,16 @@ LANES_INLINE lanes3 row_between_edges(const pairing *p, lanes *least, lanes3 *al
             lanes3 d = {p->lead.x + v->x * t - us.x, p->lead.y + v->y * t - us.y, p->lead.z + v->z * t - us.z};
             lanes norm2 = lanes3_dot(d, d);
             lane_mask nearer = norm2 < *least;
-            *least = lesser_of(norm2, *least);
-            best = choose3(nearer, d, best);
-            *along = choose3(nearer, us, *along);
+            *least = row_lesser_of(norm2, *least);
+            best = row_choose3(nearer, d, best);
+            *along = row_choose3(nearer, us, *along);
         }
     return best;
 }
 
-LANES_INLINE lanes3 pick3(const double v[3][LANES], uint32_t which)
+LANES_INLINE lanes3 row_pick3(const double v[3][LANES], uint32_t which)
 {
-    return (lanes3){pick(v[0], which), pick(v[1], which), pick(v[2], which)};
+    return (lanes3){row_pick(v[0], which), row_pick(v[1], which), row_pick(v[2], which)};
 }
 
 /* The direction that parts them most, of those tried: squares, gap2 / norm2. */
@@ -233,9 +234,9 @@ LANES_INLINE void part_along(parting *best, lanes3 u, lanes gap, lanes norm2)
 {
     lanes gap2 = gap * gap;
     lane_mask more = gap2 * best->norm2 > best->gap2 * norm2;
-    best->gap2 = choose(more, gap2, best->gap2);
-    best->norm2 = choose(more, norm2, best->norm2);
-    best->lead = choose3(more, u, best->lead);
+    best->gap2 = row_choose(more, gap2, best->gap2);
+    best->norm2 = row_choose(more, norm2, best->norm2);
+    best->lead = row_choose3(more, u, best->lead);
 }
 
 LANES_INLINE void part_along_normal(parting *best, const pairing *p, lanes3 normal)
@@ -251,20 +252,20 @@ static unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_pick
     lanes3 of_a[3], of_b[3], along;
     lanes most2 = lanes_of(within2), norm2;
     pairing q;
-    for (int k = 0; k < 3; k++) of_a[k] = pick3(a->corner[k], p->a), of_b[k] = pick3(b->corner[k], p->b);
+    for (int k = 0; k < 3; k++) of_a[k] = row_pick3(a->corner[k], p->a), of_b[k] = row_pick3(b->corner[k], p->b);
     set_pairing(&q, of_a, of_b);
     lanes by_corners = row_gap_of(q.norm2, q.along_u, q.along_v);
-    unsigned near = ((1u << p->count) - 1) & ~bits_of(by_corners * by_corners > most2 * q.norm2);
+    unsigned near = ((1u << p->count) - 1) & ~row_bits_of(by_corners * by_corners > most2 * q.norm2);
     if (!near) return 0;
     lanes3 edges = row_between_edges(&q, &norm2, &along);
     lanes by_edges = row_gap_along(&q, edges);
-    near &= ~bits_of(by_edges * by_edges > most2 * norm2);
+    near &= ~row_bits_of(by_edges * by_edges > most2 * norm2);
     if (!near) return 0;
-    parting best = {q.lead, by_corners * by_corners, greater_of(q.norm2, lanes_of(LEAST_NORM2))};
+    parting best = {q.lead, by_corners * by_corners, row_greater_of(q.norm2, lanes_of(LEAST_NORM2))};
     part_along(&best, edges, by_edges, norm2);
-    part_along_normal(&best, &q, pick3(b->normal, p->b));
-    part_along_normal(&best, &q, pick3(a->normal, p->a));
-    near &= ~bits_of(best.gap2 > most2 * best.norm2);
+    part_along_normal(&best, &q, row_pick3(b->normal, p->b));
+    part_along_normal(&best, &q, row_pick3(a->normal, p->a));
+    near &= ~row_bits_of(best.gap2 > most2 * best.norm2);
     lanes_store(out->away2, best.gap2 / best.norm2);
     store(out->lead, best.lead);
     store(out->edges, edges);
@@ -276,7 +277,7 @@ static unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near,
 {
     lanes away2 = boxes_away2(b, a);
     lanes_store(out->away2, away2);
-    return near & ~bits_of(away2 > lanes_of(within2));
+    return near & ~row_bits_of(away2 > lanes_of(within2));
 }
 
 /* ---- all of two leaves ---- */
@@ -300,8 +301,8 @@ LANES_INLINE vec3 between_fours(const mesh_four *a, const mesh_four *b)
 /* The pairs of which B's foot is not above A's top. */
 LANES_INLINE unsigned not_above(lanes foot, lanes top)
 {
-    unsigned above = bits_of(foot > LANES_ALL(top, 0)) | bits_of(foot > LANES_ALL(top, 1)) << 4 |
-                     bits_of(foot > LANES_ALL(top, 2)) << 8 | bits_of(foot > LANES_ALL(top, 3)) << 12;
+    unsigned above = row_bits_of(foot > LANES_ALL(top, 0)) | row_bits_of(foot > LANES_ALL(top, 1)) << 4 |
+                     row_bits_of(foot > LANES_ALL(top, 2)) << 8 | row_bits_of(foot > LANES_ALL(top, 3)) << 12;
     return ~above & 0xffff;
 }
 
@@ -333,15 +334,15 @@ LANES_INLINE void try_above(row *r, lanes3 u, lanes top)
 {
     lanes gap = row_foot_of(r->b, u) - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
     lane_mask more = (gap > 0) & (gap2 * r->norm2 > r->gap2 * norm2);
-    r->gap2 = choose(more, gap2, r->gap2);
-    r->norm2 = choose(more, norm2, r->norm2);
-    r->lead = choose3(more, u, r->lead);
-    r->near &= ~bits_of(r->gap2 > r->within2 * r->norm2);
+    r->gap2 = row_choose(more, gap2, r->gap2);
+    r->norm2 = row_choose(more, norm2, r->norm2);
+    r->lead = row_choose3(more, u, r->lead);
+    r->near &= ~row_bits_of(r->gap2 > r->within2 * r->norm2);
 }
 
 LANES_INLINE lanes beyond(double lo, double hi, lanes x)
 {
-    return x - lesser_of(greater_of(x, lanes_of(lo)), lanes_of(hi));
+    return x - row_lesser_of(row_greater_of(x, lanes_of(lo)), lanes_of(hi));
 }
 
 LANES_INLINE lanes3 from_box(const mesh_spot *a, lanes3 p)
@@ -358,15 +359,15 @@ LANES_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
         lanes3 d = from_box(a, b[k]);
         lanes norm2 = lanes3_dot(d, d);
         lane_mask nearer = norm2 < least;
-        least = choose(nearer, norm2, least);
-        lead = choose3(nearer, d, lead);
+        least = row_choose(nearer, norm2, least);
+        lead = row_choose3(nearer, d, lead);
     }
     return lead;
 }
 
 LANES_INLINE lanes row_reach_of(double lo, double hi, lanes u)
 {
-    return greater_of(u * lanes_of(lo), u * lanes_of(hi));
+    return row_greater_of(u * lanes_of(lo), u * lanes_of(hi));
 }
 
 LANES_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
@@ -393,7 +394,7 @@ static unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned near, 
     lanes boxes2 = boxes_away2(b, a);
     row r;
     r.within2 = lanes_of(within2);
-    r.near = near & ~bits_of(boxes2 > r.within2);
+    r.near = near & ~row_bits_of(boxes2 > r.within2);
     if (!r.near) return 0;
     for (int k = 0; k < 3; k++) r.b[k] = row_load(b->corner[k]);
     lanes3 lead = r.lead = from_box_to_corner(a, r.b);
@@ -402,7 +403,7 @@ static unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned near, 
     try_from_box(&r, a, row_towards(row_load(b->normal), lead));
     if (!r.near) return 0;
     try_across(&r, a, lead);
-    lanes_store(out->away2, greater_of(r.gap2 / r.norm2, boxes2));
+    lanes_store(out->away2, row_greater_of(r.gap2 / r.norm2, boxes2));
     store(out->lead, r.lead);
     return r.near;
 }

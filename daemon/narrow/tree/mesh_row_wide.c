@@ -14,29 +14,19 @@
 
 #include "narrow/math/simd.h"
 
-LANES_INLINE lanes choose(lane_mask m, lanes yes, lanes no)
-{
-    return _mm256_blendv_pd(no, yes, (__m256d)m);
-}
-LANES_INLINE lanes greater_of(lanes x, lanes y) /* x > y ? x : y */
-{
-    return _mm256_max_pd(x, y);
-}
-LANES_INLINE lanes lesser_of(lanes x, lanes y) /* x < y ? x : y */
-{
-    return _mm256_min_pd(x, y);
-}
-LANES_INLINE lanes pick(const double v[LANES], uint32_t which)
+LANES_INLINE lanes pick_by_permutation(const double v[LANES], uint32_t which)
 {
     __m256i lane = _mm256_cvtepu8_epi64(_mm_cvtsi32_si128((int32_t)which)), twice = _mm256_add_epi64(lane, lane);
     __m256i halves = _mm256_or_si256(twice, _mm256_slli_epi64(twice, 32)); /* of lane k: 2 k and 2 k + 1 */
     halves = _mm256_or_si256(halves, _mm256_set1_epi64x((int64_t)1 << 32));
     return (lanes)_mm256_permutevar8x32_ps((__m256)lanes_load(v), halves);
 }
-LANES_INLINE unsigned bits_of(lane_mask m)
-{
-    return (unsigned)_mm256_movemask_pd((__m256d)m);
-}
+
+#define row_greater_of(x, y) ((lanes)_mm256_max_pd(x, y)) /* x > y ? x : y */
+#define row_lesser_of(x, y) ((lanes)_mm256_min_pd(x, y))  /* x < y ? x : y */
+#define row_choose(m, yes, no) ((lanes)_mm256_blendv_pd(no, yes, (__m256d)(m)))
+#define row_pick pick_by_permutation
+#define row_bits_of(m) (unsigned)_mm256_movemask_pd((__m256d)(m))
 
 #include "mesh_row_lanes.h"
 

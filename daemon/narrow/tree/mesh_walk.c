@@ -101,10 +101,10 @@ LANES_INLINE void faces_set(const mesh_turn *t, const mesh_node *n, mesh_faces *
 
 LANES_INLINE const mesh_patch_box *faces_of_a(mesh_walk *w, uint32_t node)
 {
-    uint32_t room = node % MESH_FACES;
-    if (w->faced[room] != node) faces_set(&w->into_b, &w->ma->nodes[node], &w->faces_a[room]);
-    w->faced[room] = node;
-    return w->faces_a[room].box;
+    uint32_t slot = node % MESH_FACES;
+    if (w->faced[slot] != node) faces_set(&w->into_b, &w->ma->nodes[node], &w->faces_a[slot]);
+    w->faced[slot] = node;
+    return w->faces_a[slot].box;
 }
 
 /* ---- bounds ---- */

@@ -1,9 +1,10 @@
 /* mesh_walk: all pairs of parts of two shapes that may be near each other, one of them or both a mesh.
  *
- * The parts of a mesh are its triangles, a convex core is its own only part. The hierarchies are walked together; what
- * is proven to be farther apart than `within` is left out, along the directions of mesh_bounds or the axis that the
- * visitor has found last. The stack is on the stack: its depth follows from MESH_DEPTH_MAX; so is the queue of the walk
- * that goes nearest first, and what it has no room for is walked depth first. Pure; any thread. */
+ * The parts of a mesh are its triangles; a convex core is its own only part. Both hierarchies are walked together. A
+ * pair of boxes is skipped if it is proven to be farther apart than `within`, along the directions of mesh_bounds or
+ * along the axis that the visitor found last. The stack of pairs is a local array whose depth follows from
+ * MESH_DEPTH_MAX. The walk that goes nearest first has a queue of fixed size; pairs that do not fit are walked depth
+ * first. Pure; any thread. */
 #ifndef COLLIDED_NARROW_TREE_MESH_WALK_H
 #define COLLIDED_NARROW_TREE_MESH_WALK_H
 
@@ -12,20 +13,20 @@
 #include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
 
-/* ==== where the two are ==== */
+/* ==== two shapes in their relative pose ==== */
 
-/* Two shapes of which one or both are meshes, in their places: what a walk over their hierarchies stands
- * on. Their frames and units as each other's boxes see them, the axis that leaves pairs out, and the parts that are
- * visited. */
+/* What a walk over two hierarchies reads: both shapes in their relative pose, their frames and units as seen from each
+ * other's boxes, the axis that skips pairs, and the parts that are visited. */
 
 enum {
     MESH_NO_TRIANGLE = UINT32_MAX,
     MESH_WHOLE = UINT32_MAX, /* for a node: all of a convex A */
     TRIANGLE_PADDED = 8,
-    MESH_STANDS = 64, /* nodes of each mesh, that are known along the axis while it stays; a power of two */
-    MESH_FACES = 32,  /* nodes of A, that are known as B's nodes see them; a power of two */
-    MESH_LEAVES = 32, /* of each mesh, that stay in place while a walk goes on; a power of two */
-    MESH_FRONT = 192  /* pairs of boxes of a mesh_front, at most */
+    MESH_STANDS = 64, /* nodes of each mesh whose heights along the current axis are kept; a power of two */
+    MESH_FACES = 32,  /* nodes of A whose boxes in B's frame are kept; a power of two */
+    MESH_LEAVES =
+        32, /* leaves of each mesh whose triangles in the pair's frame are kept during a walk; a power of two */
+    MESH_FRONT = 192 /* pairs of boxes of a mesh_front, at most */
 };
 
 /* A triangle represented as a flat hull, so that everything that takes support points takes it, too. */
@@ -34,7 +35,7 @@ typedef struct triangle_part {
     double x[TRIANGLE_PADDED], y[TRIANGLE_PADDED], z[TRIANGLE_PADDED];
 } triangle_part;
 
-/* A box of a mesh: a child of a node. The root's own children stand for the root. */
+/* A box of a mesh, which is a child of a node. There is no box of the root, only its children. */
 typedef struct mesh_box {
     uint32_t node; /* or MESH_WHOLE */
     uint16_t child;
@@ -53,7 +54,8 @@ typedef struct mesh_front {
     mesh_boxes at[MESH_FRONT];
 } mesh_front;
 
-/* The triangles of a leaf, put in place when they are first needed; again when another leaf has taken their room. */
+/* The triangles of a leaf in the pair's frame. They are computed when they are first needed, and again after another
+ * leaf has taken their slot. */
 typedef struct mesh_leaf {
     uint32_t first, count, aims;
     bool placed;
@@ -108,7 +110,7 @@ typedef struct mesh_walk {
     uint32_t faced[MESH_FACES]; /* whose they are; MESH_WHOLE: none */
     mesh_faces faces_a[MESH_FACES];
     mesh_spot visited_a, visited;                        /* spot_a (of a mesh) and spot_b, while leaves are visited */
-    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node MESH_WHOLE: none */
+    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* the leaf in each slot; node MESH_WHOLE: none */
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
 

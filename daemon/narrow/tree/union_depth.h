@@ -1,12 +1,13 @@
 /* union_depth: the depth of two overlapping unions of convex polytopes, bracketed by branch and bound. Pure; any
  * thread.
  *
- * B moved by t meets A while t is inside of one of the differences C = P - Q of a part P of A and a part Q of B: the
- * depth is the distance of the origin from where none of them is. The search (Land and Doig 1960; here each node is a
- * region of translations) begins with all translations. The point t of a region that is nearest to the origin, found by
- * quadratic programming, bounds what the region can give. Where t is inside of some C, what the region has to offer
- * outside of C lies beyond one of C's facets: one smaller region for each. Where it is in none, it is a way out. The
- * region with the least bound is looked at first: its bound is one of the whole depth, at any time. */
+ * B moved by t meets A if and only if t lies inside one of the differences C = P - Q of a part P of A and a part Q of
+ * B. So the depth is the distance from the origin to the nearest translation outside of all differences. The search is
+ * branch and bound (Land and Doig, 1960); each node is a region of translations, and the first is all of them. The
+ * point t of a region that is nearest to the origin, found by quadratic programming, is a lower bound for the region.
+ * If t lies inside some C, every translation of the region outside of C lies beyond one of C's facets: the region is
+ * split into one smaller region for each facet. If t lies in no C, it separates the shapes. The region with the least
+ * bound is searched first, so that its bound is a lower bound of the depth at any time. */
 #ifndef COLLIDED_NARROW_TREE_UNION_DEPTH_H
 #define COLLIDED_NARROW_TREE_UNION_DEPTH_H
 
@@ -39,7 +40,7 @@ typedef struct union_part { /* of the side's arrays */
 /* In A's frame and units of the pair. */
 typedef struct union_side {
     uint32_t part_count, point_count, face_count, edge_count;
-    double slack; /* the greatest of its parts': how much less than them may be solid */
+    double slack; /* the greatest slack of a part: how much smaller than the part the solid may be */
     union_part parts[UNION_SIDE_PARTS];
     vec3 points[UNION_POINTS_MAX];
     vec3 normals[UNION_FACES_MAX]; /* unit */
@@ -55,14 +56,14 @@ typedef struct union_plane { /* dot(normal, t) < offset inside */
 typedef struct union_pair {
     uint16_t part_a, part_b;
     uint32_t first, count; /* planes, once they are made */
-    uint32_t last;         /* the plane, or before they are made the face, that parted them the last time */
+    uint32_t last;         /* the plane that separated them the last time; before planes are made, the face */
     double depth;          /* overlap of their boxes, for one translation */
-    bool made, dead;       /* dead: it plays no part within the bound, or its planes do not fit */
+    bool made, dead;       /* dead: it lies beyond the bound, or there is no memory for its planes */
 } union_pair;
 
 typedef struct union_node {
     vec3 way;
-    double length; /* a lower bound of all ways of the region */
+    double length; /* a lower bound of the lengths of all translations of the region */
     uint16_t planes[UNION_PLANES_A_NODE];
     uint16_t active; /* bits: the planes that `way` lies in */
     uint8_t plane_count;
@@ -92,8 +93,8 @@ bool union_side_of_children(
  * or NULL: A. */
 bool union_side_init(union_side *side, const shape *s, double scale, const transform *place);
 
-/* Is it proven that B, moved by `way`, is apart? Returns the length along the same direction after which it is, at
- * least that of `way`, or INFINITY. */
+/* Is it proven that B, moved by `way`, is apart? Returns the length along that direction after which it is proven, at
+ * least the length of `way`, or INFINITY. */
 typedef double union_try(void *context, vec3 way);
 
 typedef struct union_bounds {

@@ -143,6 +143,11 @@ bool wire_dds_decode_bytes(
     return true;
 }
 
+int64_t wire_dds_client_of_ack(const void *sample)
+{
+    return ((const collided_Ack *)sample)->client_id;
+}
+
 void wire_dds_encode(const wire_message *m, void *sample)
 {
     const wire_schema *s = wire_schema_of(m->kind);

@@ -22,6 +22,8 @@ wire_reason wire_dds_decode(wire_kind kind, const void *sample, wire_message *ou
 bool wire_dds_decode_bytes(
     wire_kind kind, const void *bytes, size_t size, wire_message *out, wire_reason *reason, wire_refusal *refusal);
 
+int64_t wire_dds_client_of_ack(const void *sample); /* of the generated type; whom it is for */
+
 /* A sample that borrows from the message: to be written at once, never freed by dds_sample_free. `sample` has
  * wire_dds_sample_size bytes. */
 void wire_dds_encode(const wire_message *m, void *sample);

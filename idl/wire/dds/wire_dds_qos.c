@@ -122,18 +122,20 @@ void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *e
  * announces itself to them. Clients have any port: they tell those ports of themselves, and only who sits there, the
  * daemons, answers them. So clients neither use up the well-known ports nor hear of each other, and a crowd costs what
  * its number does. Others (Fast DDS) announce themselves by multicast only, which loopback mostly lacks, and listen at
- * their well-known port: the daemon speaks there twice a second, so that they find it at once. */
-#define LOOPBACK(index, more)                                                                                          \
+ * their well-known port: the daemon has to speak there often, so that they find it at once. Whenever it does, Cyclone
+ * tells all participants that it knows, too: so not by SPDPInterval, but by link_dds_joiners.c, rarer in a crowd. */
+#define LOOPBACK(index)                                                                                                \
     "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"                            \
     "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65500B</MaxMessageSize>"                                    \
     "<MaxRexmitMessageSize>65500B</MaxRexmitMessageSize><FragmentSize>60000B</FragmentSize></General>"                 \
     "<Discovery><ParticipantIndex>" index "</ParticipantIndex><MaxAutoParticipantIndex>63</MaxAutoParticipantIndex>"   \
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers>" more "</Discovery>"
+    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>"
 _Static_assert(WIRE_DDS_INDICES == 64, "as LOOPBACK says");
 static const char *const loopback[] = {
-    [WIRE_DDS_ANYBODY] = LOOPBACK("auto", ""),
-    [WIRE_DDS_DAEMON] = LOOPBACK("auto", "<SPDPInterval>500ms</SPDPInterval>"),
-    [WIRE_DDS_CLIENT_LIBRARY] = LOOPBACK("none", ""),
+    [WIRE_DDS_ANYBODY] = LOOPBACK("auto"),
+    [WIRE_DDS_DAEMON] = LOOPBACK("auto"),
+    [WIRE_DDS_CLIENT_LIBRARY] = LOOPBACK("none"),
+    [WIRE_DDS_CLIENT_OF_CROWD] = LOOPBACK("none"),
 };
 
 /* On a network the same holds: a client of this library sends its announcement to the group of discovery, which daemons
@@ -168,6 +170,13 @@ static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" m
                              "<NackDelay>20ms</NackDelay><AckDelay>10ms</AckDelay>"
                              "<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay>";
 
+/* What one of a crowd says waits for the daemon more often than it is lost: asked for again after 10 ms, by hundreds,
+ * it keeps the daemon from reading it, whose socket overflows, so that all is asked for again (of 400 at once 62 had
+ * not come in after a minute, and the daemon's two sockets had lost 200,000 of 590,000 packets). */
+static const char of_crowd[] = "<HeartbeatInterval min=\"50ms\" minsched=\"100ms\" max=\"4s\">100ms</HeartbeatInterval>"
+                               "<NackDelay>20ms</NackDelay><AckDelay>10ms</AckDelay>"
+                               "<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay>";
+
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
 static bool is_interface(const char *text)
 {
@@ -177,7 +186,8 @@ static bool is_interface(const char *text)
 bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_role role)
 {
     char general[512];
-    bool open = interface && interface[0], client = role == WIRE_DDS_CLIENT_LIBRARY && open && !strchr(interface, ':');
+    bool open = interface && interface[0], library = role >= WIRE_DDS_CLIENT_LIBRARY,
+         client = library && open && !strchr(interface, ':');
     if (open) {
         bool address = strspn(interface, "0123456789.") == strlen(interface) || strchr(interface, ':') != NULL;
         int n = snprintf(general, sizeof general, network, address ? "address" : "name", interface, client ? apart : "",
@@ -185,9 +195,10 @@ bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_rol
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
     char internal[sizeof tuning + sizeof patient + sizeof prompt];
-    const char *intervals = open || role == WIRE_DDS_ANYBODY  ? soon
-                            : role == WIRE_DDS_CLIENT_LIBRARY ? prompt
-                                                              : patient;
+    const char *intervals = open || role == WIRE_DDS_ANYBODY   ? soon
+                            : role == WIRE_DDS_CLIENT_LIBRARY  ? prompt
+                            : role == WIRE_DDS_CLIENT_OF_CROWD ? of_crowd
+                                                               : patient;
     snprintf(internal, sizeof internal, tuning, intervals, role == WIRE_DDS_DAEMON ? "true" : "false");
     const char *user = getenv("CYCLONEDDS_URI");
     bool appended = user && user[0];

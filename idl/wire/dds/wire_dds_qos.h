@@ -10,9 +10,10 @@
 
 struct dds_qos; /* dds_qos_t */
 
-/* All kinds are reliable: a best-effort writer would not match, and it has no need, since no writer here ever blocks
- * (keep-last). What a full history overwrites is seen by the receiver: batches of events and messages of a client are
- * numbered, and the daemon counts each take that found its history full. */
+/* All kinds are reliable, but for the library's readers of Status on loopback (transport_dds.c): a best-effort writer
+ * would not match, and it has no need, since no writer here ever blocks (keep-last). What a full history overwrites is
+ * seen by the receiver: batches of events and messages of a client are numbered, and the daemon counts each take that
+ * found its history full. */
 typedef struct wire_dds_profile {
     bool late_joiners;    /* transient-local and keyed: who comes late is told the present state; otherwise volatile */
     bool by_partition;    /* each stream is a partition of its own */
@@ -64,9 +65,10 @@ void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *e
 enum { WIRE_DDS_INDICES = 64 };
 
 typedef enum wire_dds_role {
-    WIRE_DDS_ANYBODY,       /* takes a well-known port, as tools and tests do */
-    WIRE_DDS_DAEMON,        /* the same; is found by others at once; small samples wait for dds_write_flush */
-    WIRE_DDS_CLIENT_LIBRARY /* takes any port, finds daemons, and is found by nobody else */
+    WIRE_DDS_ANYBODY,        /* takes a well-known port, as tools and tests do */
+    WIRE_DDS_DAEMON,         /* the same; is found by others at once; small samples wait for dds_write_flush */
+    WIRE_DDS_CLIENT_LIBRARY, /* takes any port, finds daemons, and is found by nobody else */
+    WIRE_DDS_CLIENT_OF_CROWD /* the same, among many on loopback: what is not acknowledged is said again later */
 } wire_dds_role;
 
 /* The configuration for dds_create_domain. `interface`: name or address of a network interface; NULL or "" = loopback

@@ -15,10 +15,13 @@
 #include <sys/un.h>
 
 enum {
-    WIRE_DDS_TURN_WAIT = 'w', /* once, at the beginning: it is heard, and will have its turn */
+    WIRE_DDS_TURN_WAIT = 'w', /* at the beginning: it is heard, and will have its turn; twice: it is one of a crowd */
     WIRE_DDS_TURN_COME = 'c', /* it may join */
     WIRE_DDS_TURN_FULL = 'f'  /* too many wait: it may ask again */
 };
+
+/* So many that are there or wait are a crowd: whoever joins it has patience (WIRE_DDS_CLIENT_OF_CROWD). */
+enum { WIRE_DDS_CROWD = 64 };
 
 static inline socklen_t wire_dds_turn_address(uint32_t domain, struct sockaddr_un *out)
 {

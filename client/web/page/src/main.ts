@@ -26,7 +26,8 @@ class Page implements Asker {
   readonly verdicts = new Map<bigint, { version: number; verdict: Verdict }>();
   /** Script time of the last frames, ms, for whoever measures. */
   readonly frameMs: number[] = [];
-  refused = 0;
+  /** What was told and is not proven, the newest hundred, for whoever reports it. */
+  readonly refusals: string[] = [];
   private source!: Source;
   private state: State = "connecting";
   private why = "";
@@ -198,7 +199,9 @@ class Page implements Asker {
     for (let i = 0; i < PROOFS_A_FRAME && this.provenNext.length > 0; i++) {
       const c = this.provenNext.pop()!, verdict = prove(this.checker, this.world, c);
       if (verdict === "refused" && this.verdicts.get(c.id)?.verdict !== "refused") {
-        this.refused++;
+        this.refusals.push(`${factWord(c.fact)} ${this.world.nameOf(c.bodyA)} #${c.shapeA} ${this.world.nameOf(c.bodyB)} #${c.shapeB}: ` +
+          `[${c.lo}, ${c.hi}] at tick ${c.tick}, axis ${c.axis}, points ${c.pointA}; ${c.pointB}, poses ${c.poseA}; ${c.poseB}`);
+        if (this.refusals.length > 100) this.refusals.shift();
         this.say(`refused: the interval of ${this.world.nameOf(c.bodyA)} and ${this.world.nameOf(c.bodyB)} is not proven`);
       }
       this.verdicts.set(c.id, { version: c.version, verdict });

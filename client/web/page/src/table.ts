@@ -20,7 +20,7 @@ export class Table {
     this.scroll.className = "scroll";
     this.scroll.tabIndex = 0;
     this.scroll.setAttribute("role", "region");
-    this.scroll.setAttribute("aria-label", title);
+    this.scroll.setAttribute("aria-label", `${title}, table`);
     const table = document.createElement("table");
     this.caption = table.createCaption();
     const head = table.createTHead().insertRow();

@@ -45,9 +45,9 @@ function grid(theme: Theme): LineSegments {
   const g = new BufferGeometry();
   g.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
   const lines = new LineSegments(g, new ShaderMaterial({
-    uniforms: { ink: { value: theme.ink }, paper: { value: theme.paper } }, glslVersion: "300 es", transparent: true, depthWrite: false,
-    vertexShader: "out float far; void main() { far = length(position.xy) / 20.0; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
-    fragmentShader: "precision highp float; in float far; uniform vec3 ink, paper; out vec4 colour; void main() { colour = vec4(ink, 0.16 * max(0.0, 1.0 - far)); }",
+    uniforms: { ink: { value: theme.ink } }, glslVersion: "300 es", transparent: true, depthWrite: false,
+    vertexShader: "out vec2 at; void main() { at = position.xy / 20.0; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
+    fragmentShader: "precision highp float; in vec2 at; uniform vec3 ink; out vec4 colour; void main() { colour = vec4(ink, 0.2 * max(0.0, 1.0 - 1.6 * length(at))); }",
   }));
   lines.frustumCulled = false;
   return lines;
@@ -158,18 +158,20 @@ export class View {
       new Vector3(0.62, -0.92, 0.55).normalize();
     this.framed = true;
     this.controls.target.copy(e.middle);
-    this.camera.position.copy(e.middle).addScaledVector(direction, (e.reach * (only ? 2.6 : 1.55)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) * 0.44);
+    this.camera.position.copy(e.middle).addScaledVector(direction, (e.reach * (only ? 2.6 : 1.55)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) * 0.33);
     this.controls.update();
     this.dirty = true;
   }
 
   /** Looks from `eye` at `at`, both in the world: for tests and films. */
   look(eye: [number, number, number], at: [number, number, number]): void {
+    this.followOrigin();
     const o = this.world.origin;
     this.camera.position.set(eye[0] - o[0]!, eye[1] - o[1]!, eye[2] - o[2]!);
     this.controls.target.set(at[0] - o[0]!, at[1] - o[1]!, at[2] - o[2]!);
     this.framed = this.dirty = true;
     this.controls.update();
+    this.camera.updateMatrixWorld();
   }
 
   /** Turns the camera around what it looks at (radians), and moves it nearer by a factor. */
