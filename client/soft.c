@@ -53,7 +53,7 @@ static int send_part(collided *c, const collided_vertices *v, collided_body body
     return session_send(c, &m) ? 2 : 0;
 }
 
-static collided_status publish(collided *c, collided_body body, const collided_vertices *v, int mode)
+static collided_status publish_frame(collided *c, collided_body body, const collided_vertices *v, int mode)
 {
     if (!v || (!v->positions == !v->singles) || v->count == 0 || v->count > WIRE_GEOMETRY_MAX / 3 || v->first < 0)
         return session_fail(
@@ -86,17 +86,17 @@ static collided_status publish(collided *c, collided_body body, const collided_v
 
 collided_status collided_publish_vertices(collided *c, collided_body body, const collided_vertices *vertices)
 {
-    return publish(c, body, vertices, WIRE_SOFT_MOVE);
+    return publish_frame(c, body, vertices, WIRE_SOFT_MOVE);
 }
 
 collided_status collided_propose_vertices(collided *c, collided_body body, const collided_vertices *vertices)
 {
-    return publish(c, body, vertices, WIRE_SOFT_PROPOSE);
+    return publish_frame(c, body, vertices, WIRE_SOFT_PROPOSE);
 }
 
 collided_status collided_teleport_vertices(collided *c, collided_body body, const collided_vertices *vertices)
 {
-    return publish(c, body, vertices, WIRE_SOFT_TELEPORT);
+    return publish_frame(c, body, vertices, WIRE_SOFT_TELEPORT);
 }
 
 /* ---- steps ---- */
@@ -121,7 +121,7 @@ void soft_gathered_free(struct soft_gathered *g)
     free(g);
 }
 
-static size_t keep_name(struct soft_gathered *g, const char *name)
+static size_t keep_soft_name(struct soft_gathered *g, const char *name)
 {
     size_t length = strlen(name) + 1, at = g->name_bytes;
     g->names = reserve(g->names, &g->name_capacity, at + length, 1);
@@ -148,8 +148,8 @@ static void add_pair(struct soft_gathered *g, const wire_soft_pair *p)
     g->pairs = reserve(g->pairs, &g->pair_capacity, n + 1, sizeof *g->pairs);
     g->first = reserve(g->first, &g->first_capacity, n + 1, sizeof *g->first);
     g->name_at = reserve(g->name_at, &g->name_at_capacity, 2 * n + 2, sizeof *g->name_at);
-    g->name_at[2 * n] = keep_name(g, p->name_a);
-    g->name_at[2 * n + 1] = keep_name(g, p->name_b);
+    g->name_at[2 * n] = keep_soft_name(g, p->name_a);
+    g->name_at[2 * n + 1] = keep_soft_name(g, p->name_b);
     g->first[n] = g->feature_count;
     g->pairs[n] = (collided_soft_pair){.contact = p->contact,
         .frame_a = p->frame_a,

@@ -58,8 +58,8 @@ static subscription_record *add_subscription_record(
     return i;
 }
 
-static collided_subscription subscribe(collided *c, const collided_subscription_def *def, collided_observed *observed,
-    const collided_soft_def *soft)
+static collided_subscription subscribe(
+    collided *c, const collided_subscription_def *def, collided_observed *observed, const collided_soft_def *soft)
 {
     uint8_t room[WIRE_SOFT_INTEREST_BYTES];
     const wire_soft_interest interest = {

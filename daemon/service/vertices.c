@@ -61,7 +61,7 @@ static world_frame_status put_whole(service *s, const session *c, const frame_pa
     return status;
 }
 
-static wire_reason reason_of(world_frame_status status, const char **text)
+static wire_reason reason_of_frame(world_frame_status status, const char **text)
 {
     switch (status) {
     case WORLD_FRAME_NOT_SOFT:
@@ -97,7 +97,7 @@ static wire_reason whole(service *s, session *c, frame_parts *f, wire_refusal *w
         return WIRE_OK;
     }
     const char *text;
-    wire_reason reason = reason_of(put_whole(s, c, f), &text);
+    wire_reason reason = reason_of_frame(put_whole(s, c, f), &text);
     if (reason != WIRE_OK) return refuse_frame(why, reason, "frame %" PRId64 ": %s", f->frame, text);
     note_stamps(s, c, f);
     return WIRE_OK;
@@ -113,7 +113,7 @@ void vertices_step(service *s, const session *c, int64_t step)
             continue;
         }
         const char *text;
-        wire_reason reason = reason_of(put_whole(s, c, &f), &text);
+        wire_reason reason = reason_of_frame(put_whole(s, c, &f), &text);
         if (f.stamp_ns > s->latest_pose_ns) s->latest_pose_ns = f.stamp_ns;
         if (reason != WIRE_OK) answer_frame(s, (session *)c, &f, reason, text);
         free_parts(&f);
@@ -167,7 +167,7 @@ static void add_part(frame_parts *to, const wire_vertex_batch *m, const wire_sof
     if (m->stamp_ns > to->stamp_ns) to->stamp_ns = m->stamp_ns;
 }
 
-static frame_parts parts_of(const session *c, const wire_vertex_batch *m, const wire_soft_frame *f)
+static frame_parts parts_of_frame(const session *c, const wire_vertex_batch *m, const wire_soft_frame *f)
 {
     frame_parts made = {
         .client = c->client, .frame = f->frame, .step = m->step, .body = m->body, .parts = f->parts, .mode = f->mode};
@@ -197,7 +197,7 @@ wire_reason vertices_put(service *s, session *c, const wire_vertex_batch *m, wir
         drop_coming(s, i);
     }
     if (!same) {
-        array_push(&s->vertices.coming, parts_of(c, m, &f));
+        array_push(&s->vertices.coming, parts_of_frame(c, m, &f));
         i = s->vertices.coming.count - 1;
     }
     at = &s->vertices.coming.at[i];

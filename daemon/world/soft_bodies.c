@@ -92,7 +92,7 @@ static int64_t newest_frame_of(const soft_place *p)
     return p->after.at ? p->after.frame : p->next.at ? p->next.frame : p->frame;
 }
 
-static bool fits(const soft_place *p, const world_frame *f)
+static bool frame_fits(const soft_place *p, const world_frame *f)
 {
     for (size_t i = 0; i < f->range_count; i++)
         if (f->ranges[i].first > p->count || f->ranges[i].count > p->count - f->ranges[i].first) return false;
@@ -128,7 +128,7 @@ world_frame_status world_put_frame(world *w, uint32_t id, const world_frame *f)
 {
     soft_place *p = body_is(w, id) ? soft_place_of(w, &w->bodies.at[id]) : NULL;
     if (!p) return WORLD_FRAME_NOT_SOFT;
-    if (!fits(p, f)) return WORLD_FRAME_NO_VERTEX;
+    if (!frame_fits(p, f)) return WORLD_FRAME_NO_VERTEX;
     w->changed = true;
     if (f->mode == WORLD_FRAME_PROPOSES) {
         if (p->proposal_count == SOFT_PROPOSALS_MAX) return WORLD_FRAME_CROWDED;

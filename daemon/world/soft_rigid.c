@@ -80,7 +80,7 @@ typedef struct asking {
 } asking;
 
 /* The distance at a time, within a tolerance and certified. */
-static void ask(asking *a, double time)
+static void ask_face(asking *a, double time)
 {
     const soft_meeting *m = a->t->m;
     pose body = motion_pose(&m->way, time), at = collider_at(body, m->shape);
@@ -106,7 +106,7 @@ static bool meets_by(asking *a, double t, double step, double *by)
 {
     for (int i = 0; i < LOOKS_MAX; i++, step *= 4) {
         double at = fmin(t + step, 1);
-        ask(a, at);
+        ask_face(a, at);
         if (a->r.hi <= a->t->m->separation) return *by = at, true;
         if (at == 1) return false;
     }
@@ -154,7 +154,7 @@ static void meet_face(task *t, uint32_t face, const uint32_t corners[3], double 
     a->tolerance = NEAR * scale;
     a->slack = 0x1p-48 * scale + motion_error(&m->way, 1, isfinite(m->shape->reach) ? m->shape->reach : 0);
     for (int step = 0;; step++) {
-        ask(a, time);
+        ask_face(a, time);
         double free = a->r.lo - m->separation;
         bool enough = free > 4 * (a->tolerance + a->slack) && step < STEPS_MAX;
         if (!enough) {
@@ -261,7 +261,7 @@ void soft_rigid_meet(world *w, const soft_meeting *m, soft_result *out)
 
 /* ---- pairs ---- */
 
-static motion way_of(const world *w, const body *b, bool stands)
+static motion way_of_rigid(const world *w, const body *b, bool stands)
 {
     (void)w;
     return motion_between(stands ? b->pose : body_before(b), b->pose, 1);
@@ -276,7 +276,7 @@ static void meet_pair(world *w, const collider *soft, const collider *rigid, con
     const soft_meeting m = {.vertices = vertices,
         .mesh = soft->shape.soft,
         .shape = rigid,
-        .way = way_of(w, b, stands),
+        .way = way_of_rigid(w, b, stands),
         .separation = separation,
         .units = w->slice == UINT64_MAX ? CASES * UNITS_MOST : UNITS_MOST};
     soft_rigid_meet(w, &m, r);
@@ -341,7 +341,7 @@ static bool list_rigid(void *context, uint32_t id)
     return true;
 }
 
-static int compare_ids(const void *x, const void *y)
+static int compare_rigid_ids(const void *x, const void *y)
 {
     uint32_t a = *(const uint32_t *)x, b = *(const uint32_t *)y;
     return (a > b) - (a < b);
@@ -360,7 +360,7 @@ void soft_rigid_proposal(world *w, soft_place *p, const soft_frame *f)
         if (w->subscriptions.at[i].used) widest = fmax(widest, w->subscriptions.at[i].threshold);
     widest += p->half_thickness + w->bodies.at[p->body].rule_reach;
     broad_query_box(w->broad, aabb_grow((aabb){lo, hi}, widest * (1 + 0x1p-40)), list_rigid, &near);
-    if (near.rigid.count) qsort(near.rigid.at, near.rigid.count, sizeof *near.rigid.at, compare_ids);
+    if (near.rigid.count) qsort(near.rigid.at, near.rigid.count, sizeof *near.rigid.at, compare_rigid_ids);
     for (size_t i = 0; i < near.rigid.count; i++)
         meet_for_all(w, p->collider, near.rigid.at[i], p, (soft_positions){p->at, f->at}, true, f->frame);
     array_free(&near.rigid);

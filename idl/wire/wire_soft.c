@@ -277,7 +277,7 @@ bool wire_soft_read(wire_u8s extensions, wire_soft_reader *out)
     return true;
 }
 
-static const uint8_t *take(wire_soft_reader *r, size_t bytes)
+static const uint8_t *take_bytes(wire_soft_reader *r, size_t bytes)
 {
     if (bytes > r->rest.count) return NULL;
     const uint8_t *at = r->rest.at;
@@ -287,7 +287,7 @@ static const uint8_t *take(wire_soft_reader *r, size_t bytes)
 
 static const char *take_name(wire_soft_reader *r, int which, size_t length)
 {
-    const uint8_t *at = length <= WIRE_NAME_MAX ? take(r, length) : NULL;
+    const uint8_t *at = length <= WIRE_NAME_MAX ? take_bytes(r, length) : NULL;
     if (!at) return NULL;
     memcpy(r->names[which], at, length);
     r->names[which][length] = '\0';
@@ -299,7 +299,7 @@ bool wire_soft_next_pair(wire_soft_reader *r, wire_soft_pair *p)
     wire_soft_feature passed;
     while (wire_soft_next_feature(r, &passed)) {
     }
-    const uint8_t *at = r->pairs ? take(r, PAIR_BYTES) : NULL;
+    const uint8_t *at = r->pairs ? take_bytes(r, PAIR_BYTES) : NULL;
     if (!at) return false;
     uint64_t counts[6];
     for (int i = 0; i < 6; i++) counts[i] = get(at + 36 + 8 * i, 8);
@@ -328,7 +328,7 @@ bool wire_soft_next_pair(wire_soft_reader *r, wire_soft_pair *p)
 
 bool wire_soft_next_feature(wire_soft_reader *r, wire_soft_feature *f)
 {
-    const uint8_t *at = r->features ? take(r, WIRE_SOFT_FEATURE_BYTES) : NULL;
+    const uint8_t *at = r->features ? take_bytes(r, WIRE_SOFT_FEATURE_BYTES) : NULL;
     if (!at) return false;
     uint32_t word = (uint32_t)get(at, 4);
     const int16_t n[2] = {(int16_t)get(at + 16, 2), (int16_t)get(at + 18, 2)};
