@@ -126,7 +126,7 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
 /* A number that does not fit the wire's field would arrive as another one: these are told apart here. */
 static bool is_type(collided_shape_type type)
 {
-    return (unsigned)type <= COLLIDED_COMPOUND;
+    return (unsigned)type <= COLLIDED_SOFT;
 }
 
 /* What would not arrive as it is. What cannot be a child otherwise, wire_check says. */

@@ -169,7 +169,8 @@ typedef enum collided_shape_type {
     COLLIDED_HULL,
     COLLIDED_MESH,
     COLLIDED_HEIGHT_FIELD,
-    COLLIDED_COMPOUND
+    COLLIDED_COMPOUND,
+    COLLIDED_SOFT
 } collided_shape_type;
 
 /* A shape, made by one of the makers below: convex, a mesh, a height field, or a compound. */
@@ -232,6 +233,18 @@ collided_geometry collided_create_mesh(
  */
 collided_geometry collided_create_height_field(
     collided *c, const double *heights, size_t rows, size_t columns, double spacing_x, double spacing_y, double base);
+
+/* Makes the surface of a soft body: cloth, the skin of something soft, hair and cables. `points` are where its vertices
+ * are at rest (count triples, m), `triangles` three indices each; (a, b, b) is an edge alone, as of hair, and (a, a, a)
+ * a vertex alone. Features of one body within `ring` edges of each other (0 to 8; 0: those that share a vertex) are not
+ * looked at, nor are those that are as near as rest_exclusion_m at rest (0: no such rule). Edges are counted by their
+ * vertices: by the lesser one, then by the greater. Copied. Hash 0 on failure. */
+collided_geometry collided_create_soft(collided *c, const double *points, size_t count, const int32_t *triangles,
+    size_t triangle_count, int ring, double rest_exclusion_m);
+/* A soft surface: the only shape of its body, at the identity. `thickness`, m: two surfaces are in contact when nearer
+ * than half the sum of theirs. At first its vertices are at rest, at the body's pose; from then on poses mean nothing
+ * to it, and collided_publish_vertices says where they are. Queries look at rigid bodies alone. Any thread. */
+collided_shape collided_soft(collided_geometry surface, double thickness);
 
 /* ---- bodies ---- */
 
@@ -350,10 +363,12 @@ typedef enum collided_fact {
     COLLIDED_TOUCH = 1,
     COLLIDED_DISTANCE = 2,
     COLLIDED_MANIFOLD = 4,
-    COLLIDED_IMPACT = 8,   /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
-    COLLIDED_PREDICT = 16, /* what will meet within horizon_s, from velocities: published ones, or else those between
-                              the last two stamped poses; whatever the bodies' collided_ccd */
-    COLLIDED_POSES = 64    /* with others: collided_batch.poses, so that each event can be proven where it is read */
+    COLLIDED_IMPACT = 8,     /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
+    COLLIDED_PREDICT = 16,   /* what will meet within horizon_s, from velocities: published ones, or else those between
+                                the last two stamped poses; whatever the bodies' collided_ccd */
+    COLLIDED_POSES = 64,     /* with others: collided_batch.poses, so that each event can be proven where it is read */
+    COLLIDED_FEATURES = 128, /* of soft bodies: which features meet on the way of each step ... */
+    COLLIDED_SAFE_STEP = 256 /* ... and which share of the way is free for certain (collided_subscribe_soft) */
 } collided_fact;
 
 typedef enum collided_event_kind { /* numbers as on the wire. A later daemon may tell of kinds that are not here: an
@@ -508,6 +523,104 @@ collided_subscription_def collided_subscription_def_default(void);
 collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def);
 /* Ends a subscription: its callback is not called again. */
 collided_status collided_unsubscribe(collided *c, collided_subscription subscription);
+
+/* ---- soft bodies ---- */
+
+/* Where vertices of a soft body are: those from `first` on, so many. Others stay where they are. */
+typedef struct collided_vertices {
+    const double *positions; /* m, world, three each; or ... */
+    const float *singles;    /* ... three each, m, relative to origin: half the bandwidth. What is told is about
+                                origin + single, added in double */
+    double origin[3];
+    size_t count;
+    int32_t first;
+    int64_t frame; /* yours, rising; results name it. 0: not counted (a body of more vertices than go into one message,
+                      2,500 over LCM and 20,000 over DDS, needs it) */
+    int64_t stamp_ns; /* as with poses; 0 = now */
+    int64_t step;     /* as with poses: of a simulator, or 0 */
+} collided_vertices;
+
+/* Moves the vertices of a soft body there, each along the straight line from where it is. That is what steps are about:
+ * what is told holds for the linear way of these very numbers. Of frames that come before the step of the one before is
+ * found out the newest counts, and the way is the line to that (frames_skipped in Status). The body has to be known to
+ * the daemon (collided_sync). Does not wait. A frame that goes in parts is taken as a whole or not at all. */
+collided_status collided_publish_vertices(collided *c, collided_body body, const collided_vertices *vertices);
+/* Asks what its way there would meet, while all other soft bodies stand. Nothing moves; the answer is a
+ * collided_soft_pair with `proposed`. Up to 8 of a body may wait. */
+collided_status collided_propose_vertices(collided *c, collided_body body, const collided_vertices *vertices);
+/* Puts them there without a way: frames may count back from here. */
+collided_status collided_teleport_vertices(collided *c, collided_body body, const collided_vertices *vertices);
+
+/* What meets. The first feature is A's, the second B's. */
+typedef enum collided_feature_kind {
+    COLLIDED_VERTEX_FACE,
+    COLLIDED_FACE_VERTEX,
+    COLLIDED_EDGE_EDGE,
+    COLLIDED_FACE_SHAPE /* a face of the soft body, and the rigid shape beside it: a is the face, b is 0 */
+} collided_feature_kind;
+
+/* How sure it is. */
+typedef enum collided_feature_proof {
+    COLLIDED_MEETS,           /* they meet by t_hi, for certain */
+    COLLIDED_WITHIN_ROUNDING, /* as near as rounding can tell */
+    COLLIDED_NOT_DECIDED      /* nearer than was found out; not called free */
+} collided_feature_proof;
+
+/* Two features that meet on the way of a step. */
+typedef struct collided_feature {
+    collided_feature_kind kind;
+    collided_feature_proof proof;
+    uint32_t a, b;    /* vertex, edge or face, as the surfaces count them */
+    float t_lo, t_hi; /* share of the way: apart before t_lo, met by t_hi; rounded outwards */
+    float normal[3];  /* unit, from A to B at t_lo, world: to about 1e-4, for people and solvers, no proof */
+    float bary[2];    /* likewise: of the face its corners 1 and 2; of edges how far along A's and along B's */
+} collided_feature;
+
+/* What the step of a pair came to: of two bodies, or of a soft body with itself (the names are equal). */
+typedef struct collided_soft_pair {
+    const char *name_a, *name_b;
+    int32_t shape_a, shape_b;
+    int64_t contact; /* id of the contact that its events tell of; 0: they are in none, or TOUCH is not asked */
+    int64_t frame_a, frame_b; /* that the way leads to; of a rigid body 0 */
+    bool proposed;            /* nothing has moved */
+    bool
+        unfinished; /* it took more work than a step may: what was not looked at is unknown, never free; safe_lo is 0 */
+    uint64_t vertex_face, edge_edge, face_shape; /* features that meet on the way, all of them ... */
+    uint64_t within, undecided;                  /* ... of these as near as rounding tells; not decided ... */
+    uint64_t left_out;                           /* ... and, with each_feature, those that are not in `features` */
+    double safe_lo, safe_hi; /* share of the common way: nothing meets before safe_lo, and something has by safe_hi, for
+                                certain. 1 and INFINITY: all of it is free; safe_hi 2: not known. With the accuracy
+                                COLLIDED_BY_VERDICT safe_lo may be less than it could be */
+    const collided_feature *features; /* with each_feature: by kind, then A's, then B's */
+    size_t feature_count;
+} collided_soft_pair;
+
+/* All steps of a tick that a subscription is about. */
+typedef struct collided_soft_steps {
+    collided_subscription subscription;
+    int64_t tick, stamp_ns, step;
+    const collided_soft_pair *pairs;
+    size_t pair_count;
+} collided_soft_steps;
+
+/* Receives them, before the events of their tick, where those are received. They are no state: what is lost is not told
+ * again, and a snapshot has contacts, but no steps. */
+typedef void collided_soft_steps_told(void *context, const collided_soft_steps *steps);
+
+typedef struct collided_soft_def {
+    bool each_feature; /* with COLLIDED_FEATURES: each of them; false: how many there are */
+    int32_t most;      /* of a pair, at most, the first ones; the others are counted (left_out). 0 = all: a frame may
+                          have 100,000 (2.7 MB) */
+    collided_soft_steps_told *callback;
+    void *context;
+} collided_soft_def;
+
+/* Subscribes as collided_subscribe does, to pairs of soft bodies, too: with COLLIDED_FEATURES and COLLIDED_SAFE_STEP in
+ * def->facts steps are told to soft->callback; with COLLIDED_TOUCH their contacts begin and end like all others. A soft
+ * pair is in contact when features meet, or come as near as threshold_m besides the thicknesses, on the way of its last
+ * step; how far apart they are at its end is not told (lo and hi of the events are infinite). */
+collided_subscription collided_subscribe_soft(
+    collided *c, const collided_subscription_def *def, const collided_soft_def *soft);
 
 /* ---- observing: which bodies there are, what they look like, and where ---- */
 

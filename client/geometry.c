@@ -167,3 +167,24 @@ collided_geometry collided_create_height_field(
     free((void *)g.points.at);
     return made;
 }
+
+/* Ring and exclusion go in front of the vertices. */
+collided_geometry collided_create_soft(collided *c, const double *points, size_t count, const int32_t *triangles,
+    size_t triangle_count, int ring, double rest_exclusion_m)
+{
+    const size_t most = WIRE_GEOMETRY_MAX / 3 - 1; /* of points and triangles together */
+    if (!points || !triangles || count < 1 || triangle_count < 1 || count > most || triangle_count > most - count) {
+        (void)session_fail(c, COLLIDED_BAD_ARGUMENT,
+            "a soft surface has at least a point and a triangle, and at most %zu of both together, not %zu and %zu",
+            most, count, triangle_count);
+        return (collided_geometry){0};
+    }
+    double *numbers = allocate(WIRE_SOFT_HEAD + 3 * count, sizeof *numbers);
+    numbers[0] = ring, numbers[1] = rest_exclusion_m, numbers[2] = 0;
+    memcpy(numbers + WIRE_SOFT_HEAD, points, 3 * count * sizeof *numbers);
+    content g = content_of(WIRE_GEOMETRY_SOFT, (wire_f64s){(uint32_t)(WIRE_SOFT_HEAD + 3 * count), numbers},
+        (wire_i32s){(uint32_t)(3 * triangle_count), triangles});
+    collided_geometry made = create(c, &g, "soft surface");
+    free(numbers);
+    return made;
+}

@@ -52,6 +52,8 @@ typedef struct subscription_record {
     collided_observed *observed; /* instead of it, of a scene */
     bool has_poses;              /* asked for with events */
     void *context;
+    collided_soft_steps_told *soft_callback; /* NULL: none */
+    void *soft_context;
     int64_t epoch;                         /* of the last batch, 0 = none yet */
     int64_t next_batch, tick;              /* tick: of the last batch */
     bool closed;                           /* that one was the last of its stream */
@@ -178,7 +180,8 @@ struct collided {
     size_t point_capacity;
     collided_impact *impacts;
     size_t impact_capacity;
-    scene_room *scene; /* what is handed to those who observe; NULL: nobody has */
+    struct soft_gathered *soft; /* soft.c */
+    scene_room *scene;          /* what is handed to those who observe; NULL: nobody has */
     char error[SESSION_ERROR_MAX];
 };
 
@@ -226,5 +229,10 @@ void stream_tend(collided *c, int64_t now_ns); /* after receiving: asks again fo
 int64_t stream_next_ns(const collided *c);     /* when that is due */
 void subscriptions_sweep(collided *c);         /* frees what was unsubscribed */
 void subscriptions_free(collided *c);
+
+/* soft.c */
+size_t soft_gather(struct soft_gathered **in, const wire_message *const *parts, size_t part_count); /* pairs */
+void soft_deliver(const subscription_record *i, struct soft_gathered *g, const wire_event_batch *b);
+void soft_gathered_free(struct soft_gathered *g);
 
 #endif

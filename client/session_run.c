@@ -224,6 +224,7 @@ static void free_client(collided *c)
     free(c->events);
     free(c->points);
     free(c->impacts);
+    soft_gathered_free(c->soft);
     scene_room_free(c->scene);
     loop_end(c);
     if (c->keeper_wake >= 0) close(c->keeper_wake);

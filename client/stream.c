@@ -189,7 +189,9 @@ static void deliver(collided *c, subscription_record *i, const wire_message *con
     i->lost = 0;
     i->reported_epoch = b->epoch;
     step_answered(c, i, b);
+    size_t soft = i->soft_callback ? soft_gather(&c->soft, parts, part_count) : 0;
     c->in_callback = true;
+    if (soft) soft_deliver(i, c->soft, b);
     i->callback(i->context, &batch);
     c->in_callback = false;
     c->delivered++;

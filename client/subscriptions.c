@@ -4,6 +4,7 @@
 #include "announce.h"
 #include "message.h"
 #include "session.h"
+#include "wire/wire_soft.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@
 enum { FIRST_RESYNC_S = 2 };
 
 static wire_message subscription_message(
-    const collided *c, int32_t id, const char *stream, const collided_subscription_def *def)
+    const collided *c, int32_t id, const char *stream, const collided_subscription_def *def, wire_u8s extensions)
 {
     return (wire_message){.kind = WIRE_SUBSCRIPTION,
         .subscription = {.version = WIRE_VERSION,
@@ -30,11 +31,12 @@ static wire_message subscription_message(
             .accuracy = (uint8_t)def->accuracy,
             .hysteresis_m = def->hysteresis_m,
             .horizon_s = def->horizon_s,
-            .rate_hz = def->rate_hz}};
+            .rate_hz = def->rate_hz,
+            .extensions = extensions}};
 }
 
 static subscription_record *add_subscription_record(
-    collided *c, const char *stream, const collided_subscription_def *def)
+    collided *c, const char *stream, const collided_subscription_def *def, const collided_soft_def *soft)
 {
     subscription_record *i = allocate(1, sizeof *i);
     int64_t now = session_monotonic_ns();
@@ -42,6 +44,8 @@ static subscription_record *add_subscription_record(
         .stream = duplicate(stream),
         .callback = def->callback,
         .context = def->context,
+        .soft_callback = soft ? soft->callback : NULL,
+        .soft_context = soft ? soft->context : NULL,
         .waiting = true,
         .lacks_ns = now,
         .each_tick = def->rate_hz == 0,
@@ -54,8 +58,13 @@ static subscription_record *add_subscription_record(
     return i;
 }
 
-static collided_subscription subscribe(collided *c, const collided_subscription_def *def, collided_observed *observed)
+static collided_subscription subscribe(
+    collided *c, const collided_subscription_def *def, collided_observed *observed, const collided_soft_def *soft)
 {
+    uint8_t room[WIRE_SOFT_INTEREST_BYTES];
+    const wire_soft_interest interest = {
+        .grain = soft && soft->each_feature ? WIRE_SOFT_EACH : WIRE_SOFT_SUMMARY, .most = soft ? soft->most : 0};
+    wire_u8s extensions = {soft ? wire_soft_put_interest(&interest, room) : 0, room};
     const collided_subscription none = {COLLIDED_NONE};
     if (c->on_arrival && c->in_callback) {
         (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "on_arrival: subscribe from outside of callbacks");
@@ -65,7 +74,7 @@ static collided_subscription subscribe(collided *c, const collided_subscription_
     (void)snprintf(own, sizeof own, "%016llx.%d", (unsigned long long)c->id, c->next_subscription);
     const char *stream = def->stream ? def->stream : own;
     pthread_mutex_lock(&c->lock);
-    wire_message m = subscription_message(c, c->next_subscription, stream, def);
+    wire_message m = subscription_message(c, c->next_subscription, stream, def, extensions);
     wire_refusal why;
     bool fits = wire_check(&m, &why) == WIRE_OK && (def->callback || observed);
     pthread_mutex_unlock(&c->lock);
@@ -78,7 +87,7 @@ static collided_subscription subscribe(collided *c, const collided_subscription_
         (void)session_fail(c, COLLIDED_TRANSPORT, "cannot read the stream '%s'", stream);
         return none;
     }
-    subscription_record *i = add_subscription_record(c, stream, def);
+    subscription_record *i = add_subscription_record(c, stream, def, soft);
     i->observed = observed;
     i->has_poses = def->facts & COLLIDED_POSES;
     pthread_mutex_lock(&c->lock);
@@ -89,9 +98,16 @@ static collided_subscription subscribe(collided *c, const collided_subscription_
 
 collided_subscription collided_subscribe(collided *c, const collided_subscription_def *def)
 {
-    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL);
+    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL, NULL);
     (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "subscription: scenes are for collided_observe");
     return (collided_subscription){COLLIDED_NONE};
+}
+
+collided_subscription collided_subscribe_soft(
+    collided *c, const collided_subscription_def *def, const collided_soft_def *soft)
+{
+    if (!(def->facts & WIRE_FACT_SCENE)) return subscribe(c, def, NULL, soft);
+    return collided_subscribe(c, def);
 }
 
 collided_subscription collided_observe(collided *c, const collided_observation_def *def)
@@ -102,7 +118,7 @@ collided_subscription collided_observe(collided *c, const collided_observation_d
     whole.stream = def->stream;
     whole.rate_hz = def->rate_hz;
     whole.context = def->context;
-    if (def->callback) return subscribe(c, &whole, def->callback);
+    if (def->callback) return subscribe(c, &whole, def->callback, NULL);
     (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "observation: callback is needed");
     return (collided_subscription){COLLIDED_NONE};
 }

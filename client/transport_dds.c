@@ -65,8 +65,8 @@ typedef struct transport_dds {
 
 /* In the order in which their writers are made known: whoever has heard an announcement, and acknowledges it, has found
  * the writers of what is volatile before. */
-static const wire_kind outgoing[] = {
-    WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION};
+static const wire_kind outgoing[] = {WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_CLIENT,
+    WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION};
 enum { OUTGOING = sizeof outgoing / sizeof outgoing[0] };
 
 /* ---- the domain, shared by the clients of a process ---- */
@@ -311,8 +311,8 @@ static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 static void dds_renew(transport *base, bool all)
 {
     static const wire_kind flows[] = {
-        WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION};
-    enum { ALL = sizeof flows / sizeof flows[0], FLOWS = 3 };
+        WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_GEOMETRY, WIRE_BODY, WIRE_SUBSCRIPTION};
+    enum { ALL = sizeof flows / sizeof flows[0], FLOWS = 4 };
     transport_dds *t = (transport_dds *)base;
     for (size_t i = 0; i < (all ? ALL : FLOWS); i++) {
         if (t->retired_count == DDS_RETIRED || t->writers[flows[i]] <= 0) continue;

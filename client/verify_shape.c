@@ -97,7 +97,7 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
 {
     quat world, local;
     bool is_hull = shape->type == COLLIDED_HULL;
-    bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD;
+    bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD || shape->type == COLLIDED_SOFT;
     if (concave || !is_sized(shape) || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
     if (is_hull && (!points.at || !points.count)) return false;
     p->shape = shape;
@@ -196,6 +196,7 @@ static real core_support(const placed *p, vec d)
         return p->top;
     case COLLIDED_MESH: /* placed_make takes neither */
     case COLLIDED_HEIGHT_FIELD:
+    case COLLIDED_SOFT:
     case COLLIDED_COMPOUND: /* its children are asked */
         break;
     }
@@ -416,6 +417,7 @@ static real core_distance(const placed *p, vec q)
         return hull_distance(p, q);
     case COLLIDED_MESH: /* placed_make takes neither */
     case COLLIDED_HEIGHT_FIELD:
+    case COLLIDED_SOFT:
     case COLLIDED_COMPOUND: /* its children are asked */
         break;
     }

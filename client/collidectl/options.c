@@ -40,7 +40,8 @@ static const option table[] = {
     {"--stay", NULL, FLAG, AT(stay), 0, 0, "load", "stay until SIGINT; the bodies are this process's, and go with it"},
     {"--a", "PATTERN", TEXT, AT(select_a), 0, 0, "watch", "one body of each pair: name with * and ?, or group:NAME"},
     {"--b", "PATTERN", TEXT, AT(select_b), 0, 0, "watch", "the other one"},
-    {"--facts", "LIST", FACTS, AT(facts), 0, 0, "watch", "of touch,distance,manifold,impact,predict; default touch"},
+    {"--facts", "LIST", FACTS, AT(facts), 0, 0, "watch",
+        "of touch,distance,manifold,impact,predict,features,safe_step; default touch"},
     {"--horizon", "S", NUMBER, AT(horizon_s), 0.001, 86400, "watch",
         "what is predicted, so far ahead of the newest pose of a pair; default 1"},
     {"--range", "M", NUMBER, AT(range_m), 0, 1e6, "watch", "distances below this are told; default 0.1"},
@@ -73,7 +74,8 @@ static const option table[] = {
 };
 enum { OPTIONS = sizeof table / sizeof *table };
 
-const char *const options_facts[] = {"touch", "distance", "manifold", "impact", "predict", NULL};
+const char *const options_facts[] = {
+    "touch", "distance", "manifold", "impact", "predict", "features", "safe_step", NULL};
 
 static const option_exit exits[] = {
     {EX_OK, "done"},
@@ -144,12 +146,12 @@ static int take_number_option(ctl_options *to, const option *o, const char *text
     return 0;
 }
 
-#define FACT_WORDS "touch,distance,manifold,impact,predict"
+#define FACT_WORDS "touch,distance,manifold,impact,predict,features,safe_step"
 
 static int take_facts(ctl_options *to, const char *text)
 {
-    static const unsigned bits[] = {
-        COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_MANIFOLD, COLLIDED_IMPACT, COLLIDED_PREDICT};
+    static const unsigned bits[] = {COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_MANIFOLD, COLLIDED_IMPACT,
+        COLLIDED_PREDICT, COLLIDED_FEATURES, COLLIDED_SAFE_STEP};
     to->facts = 0;
     for (const char *word = text; *word; word += strcspn(word, ","), word += *word == ',') {
         size_t length = strcspn(word, ",");

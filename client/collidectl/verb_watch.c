@@ -2,6 +2,7 @@
 #include "json.h"
 #include "show.h"
 #include "verbs.h"
+#include "watch_soft.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -265,7 +266,8 @@ int verb_watch(ctl *c)
     def.rate_hz = o->rate_hz;
     def.callback = on_events;
     def.context = c;
-    if (collided_subscribe(c->client, &def).id == COLLIDED_NONE)
+    const collided_soft_def soft = {.callback = o->json ? watch_soft_json : watch_soft_text, .context = c};
+    if (collided_subscribe_soft(c->client, &def, &soft).id == COLLIDED_NONE)
         return ctl_fail(EX_DATAERR, "watch: %s", collided_error(c->client));
     status = ctl_check(c, collided_sync(c->client, o->timeout_s), "watch");
     return status ? status : ctl_poll(c, o->seconds);

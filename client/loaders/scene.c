@@ -158,6 +158,7 @@ static void fill_sizes(const yaml_shape *s, collided_shape *out)
     case COLLIDED_MESH:
     case COLLIDED_HEIGHT_FIELD:
     case COLLIDED_COMPOUND:
+    case COLLIDED_SOFT: /* not in scenes */
         break;
     }
     if (s->rounding) out->radius += *s->rounding;

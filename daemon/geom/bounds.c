@@ -44,6 +44,7 @@ static inline two add_up_two(two a, two b)
 aabb shape_bounds(const shape *s, pose at)
 {
     if (s->type == SHAPE_HALFSPACE) return halfspace_bounds(s, at);
+    if (s->type == SHAPE_SOFT) return s->span ? (aabb){s->span[0], s->span[1]} : (aabb){VEC_ZERO, VEC_ZERO};
     mat3 r = quat_matrix(at.q);
     const vec3 rows[3] = {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
     double margin = add_up(add_up(s->radius, shape_excess(s)), rotation_slack(at.q, shape_reach(s)));

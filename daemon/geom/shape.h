@@ -22,12 +22,14 @@ typedef enum shape_type { /* the order is part of the canonical order of a pair:
     SHAPE_CONVEX_COUNT,   /* the types up to here are convex */
     SHAPE_MESH = SHAPE_CONVEX_COUNT, /* core: the triangles of mesh, and its inside if it is a solid */
     SHAPE_COMPOUND = 10, /* core: the union of the children of compound. 9, the wire's height field, is a mesh here */
+    SHAPE_SOFT,          /* a soft surface: the world's own (soft.h). Nothing asks the narrow phase about it */
     SHAPE_TYPE_COUNT
 } shape_type;
 
-typedef struct hull hull;         /* hull.h */
-typedef struct mesh mesh;         /* mesh.h */
-typedef struct compound compound; /* compound.h */
+typedef struct hull hull;           /* hull.h */
+typedef struct mesh mesh;           /* mesh.h */
+typedef struct compound compound;   /* compound.h */
+typedef struct soft_mesh soft_mesh; /* soft/soft.h */
 
 typedef struct shape {
     shape_type type;
@@ -37,6 +39,9 @@ typedef struct shape {
     const hull *hull;         /* of SHAPE_HULL, and of SHAPE_MESH: mesh->hull */
     const mesh *mesh;         /* SHAPE_MESH only */
     const compound *compound; /* SHAPE_COMPOUND only */
+    const soft_mesh *soft;    /* SHAPE_SOFT only, with ... */
+    const vec3 *span; /* ... the lowest and the highest corner of a box about all of it, in the world; NULL: it is
+                         at the origin */
 } shape;
 
 const char *shape_type_name(shape_type type); /* "sphere", ... */

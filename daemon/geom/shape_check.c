@@ -19,6 +19,7 @@ const char *shape_type_name(shape_type type)
         [SHAPE_HULL] = "hull",
         [SHAPE_MESH] = "mesh",
         [SHAPE_COMPOUND] = "compound",
+        [SHAPE_SOFT] = "soft surface",
     };
     return (unsigned)type < SHAPE_TYPE_COUNT && names[type] ? names[type] : "unknown";
 }
@@ -33,7 +34,7 @@ static const char *size_fault(double size, double limit)
 
 const char *shape_check(const shape *s)
 {
-    bool known = (unsigned)s->type <= SHAPE_MESH || s->type == SHAPE_COMPOUND;
+    bool known = (unsigned)s->type <= SHAPE_MESH || s->type == SHAPE_COMPOUND || s->type == SHAPE_SOFT;
     if (!known) return "type of shape is unknown";
     const char *fault = size_fault(s->radius, s->type == SHAPE_SPHERE ? SPHERE_RADIUS_MAX : SHAPE_SIZE_MAX);
     if (!fault) fault = size_fault(s->half.x, SHAPE_SIZE_MAX);
@@ -46,6 +47,7 @@ const char *shape_check(const shape *s)
     if (s->type == SHAPE_HULL && !s->hull) return "hull is missing";
     if (s->type == SHAPE_MESH && (!s->hull || !s->mesh)) return "mesh is missing";
     if (s->type == SHAPE_COMPOUND && !s->compound) return "children are missing";
+    if (s->type == SHAPE_SOFT && !s->soft) return "soft surface is missing";
     return NULL;
 }
 
@@ -62,6 +64,7 @@ static double core_reach(const shape *s)
     case SHAPE_ELLIPSOID:
         return vec_max_abs(s->half);
     case SHAPE_HALFSPACE:
+    case SHAPE_SOFT:
         return INFINITY;
     case SHAPE_HULL:
     case SHAPE_MESH:

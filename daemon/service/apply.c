@@ -6,6 +6,7 @@
 #include "service.h"
 #include "standby.h"
 #include "streams.h"
+#include "vertices.h"
 
 #include "base/log.h"
 #include "geom/compound.h"
@@ -270,6 +271,10 @@ static wire_reason put_subscription(service *s, session *c, const wire_subscript
         .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0,
         .owner = (uint64_t)c->client,
         .in_step = c->lock_step > 0};
+    wire_soft_interest soft;
+    wire_soft_read_interest(m->extensions, &soft);
+    def.soft_each = soft.grain == WIRE_SOFT_EACH;
+    def.soft_most = (uint32_t)soft.most;
     if (s->amend_subscription) s->amend_subscription(s->amend_context, &def);
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
     if (stream_taken(s, c, m, id, why)) return why->reason; /* before anything has changed */
@@ -402,7 +407,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_subscription(s, c, &m->subscription, &why);
         break;
     case WIRE_VERTEX_BATCH:
-        refuse_message(&why, WIRE_UNSUPPORTED, "bodies are rigid in this release");
+        if (vertices_put(s, c, &m->vertex_batch, &why) == WIRE_OK) return true; /* its step is its answer */
         break;
     default:
         refuse_message(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind));

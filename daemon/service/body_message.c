@@ -30,7 +30,8 @@ static void put_shape(shape_writer *w, const shape *s, pose local)
 {
     uint32_t i = w->count++;
     body_columns *c = w->c;
-    bool lent = s->type == SHAPE_HULL || s->type == SHAPE_MESH, whole = s->type == SHAPE_COMPOUND;
+    bool lent = s->type == SHAPE_HULL || s->type == SHAPE_MESH || s->type == SHAPE_SOFT,
+         whole = s->type == SHAPE_COMPOUND;
     c->types[i] = wire_type_of(s);
     c->sizes[3 * i] = whole ? s->compound->child_count : s->half.x;
     c->sizes[3 * i + 1] = s->half.y;

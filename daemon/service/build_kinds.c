@@ -52,7 +52,7 @@ build_cost build_cost_of(uint8_t kind, size_t vertex_numbers, size_t index_numbe
     enum { BUILT_BYTES = 400, TRIANGLE_UNITS = 2 };
     build_cost c = {.points = vertex_numbers / 3,
         .bytes = (uint64_t)geometry_bytes((int64_t)vertex_numbers, (int64_t)index_numbers)};
-    if (kind == WIRE_GEOMETRY_MESH) c.triangles = index_numbers / 3;
+    if (kind == WIRE_GEOMETRY_MESH || kind == WIRE_GEOMETRY_SOFT) c.triangles = index_numbers / 3;
     if (kind == WIRE_GEOMETRY_HEIGHT_FIELD) {
         c.points = vertex_numbers > WIRE_FIELD_HEAD ? vertex_numbers - WIRE_FIELD_HEAD : 0;
         c.triangles = 2 * c.points;
@@ -83,6 +83,32 @@ static void build_mesh(const geometry_numbers *n, built *out)
     bool large = status == MESH_TOO_MANY || status == MESH_WIDE_HULL;
     if (status != MESH_OK)
         refuse_geometry(out, large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE, "vertices, indices", mesh_status_text(status));
+}
+
+/* A ring takes by vertex as many numbers as there are vertices in it: there is a limit. */
+static void build_soft(const geometry_numbers *n, built *out)
+{
+    static const size_t MOST_BYTES_A_TRIANGLE = 1000, MOST_BYTES_AT_LEAST = 1 << 20;
+    size_t vertices = (n->vertex_numbers - WIRE_SOFT_HEAD) / 3, triangles = n->index_numbers / 3;
+    vec3 *rest = base_alloc(vertices, sizeof *rest);
+    uint32_t(*corners)[3] = base_alloc(triangles, sizeof *corners);
+    const double *at = n->vertices + WIRE_SOFT_HEAD;
+    for (size_t i = 0; i < vertices; i++) rest[i] = vec(at[3 * i], at[3 * i + 1], at[3 * i + 2]);
+    for (size_t i = 0; i < n->index_numbers; i++) corners[i / 3][i % 3] = (uint32_t)n->indices[i];
+    const soft_mesh_def def = {.rest = rest,
+        .vertex_count = vertices,
+        .triangles = (const uint32_t(*)[3])corners,
+        .triangle_count = triangles,
+        .ring = (unsigned)n->vertices[0],
+        .rest_exclusion = n->vertices[1],
+        .memory_max = MOST_BYTES_AT_LEAST + MOST_BYTES_A_TRIANGLE * triangles};
+    soft_status status;
+    out->soft = soft_mesh_create(&def, &status);
+    bool large = status == SOFT_TOO_MANY || status == SOFT_OVER_MEMORY;
+    if (!out->soft)
+        refuse_geometry(out, large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE, "vertices, indices", soft_status_name(status));
+    free(corners);
+    free(rest);
 }
 
 static void build_height_field(const geometry_numbers *n, built *out)
@@ -118,6 +144,8 @@ void build_now(const geometry_numbers *n, built *out)
         refuse_geometry(out, WIRE_BAD_HASH, "hash", "the content has another one");
     else if (n->kind == WIRE_GEOMETRY_MESH)
         build_mesh(n, out);
+    else if (n->kind == WIRE_GEOMETRY_SOFT)
+        build_soft(n, out);
     else if (n->kind == WIRE_GEOMETRY_HEIGHT_FIELD)
         build_height_field(n, out);
     else

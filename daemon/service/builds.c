@@ -37,6 +37,7 @@ typedef struct garbage {
     geometry_numbers *numbers;
     hull *hull;
     mesh *mesh;
+    soft_mesh *soft;
 } garbage;
 
 struct builds {
@@ -65,6 +66,7 @@ static void free_build(build *of)
     free(of->client_name);
     hull_destroy(of->result.hull);
     mesh_destroy(of->result.mesh);
+    soft_mesh_destroy(of->result.soft);
     free(of);
 }
 
@@ -159,6 +161,7 @@ static void burn(const garbage *g)
     geometry_numbers_release(g->numbers);
     hull_destroy(g->hull);
     mesh_destroy(g->mesh);
+    soft_mesh_destroy(g->soft);
 }
 
 static void burn_one(builds *b)
@@ -306,7 +309,7 @@ void builds_abandon(builds *b, build *of)
     if (of->state == BUILD_READY && !of->awaited) b->ready_count--;
     pthread_mutex_unlock(&b->lock);
     if (!ours) return;
-    builds_free(b, NULL, of->result.hull, of->result.mesh);
+    builds_free(b, NULL, of->result.hull, of->result.mesh, of->result.soft);
     of->result = (built){.same = 0};
     free_build(of);
 }
@@ -371,17 +374,17 @@ void builds_end(builds *b, build *of, built *out)
     free_build(of);
 }
 
-static bool is_small(const geometry_numbers *n, const hull *h, const mesh *m)
+static bool is_small(const geometry_numbers *n, const hull *h, const mesh *m, const soft_mesh *f)
 {
     enum { SMALL = 4096 }; /* numbers, corners or triangles: freed in less than 0.1 ms */
     return (!n || n->vertex_numbers + n->index_numbers <= SMALL) && (!h || h->vertex_count <= SMALL) &&
-           (!m || m->triangle_count <= SMALL);
+           (!m || m->triangle_count <= SMALL) && (!f || soft_mesh_triangle_count(f) <= SMALL);
 }
 
-void builds_free(builds *b, geometry_numbers *n, hull *h, mesh *m)
+void builds_free(builds *b, geometry_numbers *n, hull *h, mesh *m, soft_mesh *f)
 {
-    garbage g = {n, h, m};
-    if (!b->threaded || is_small(n, h, m)) {
+    garbage g = {n, h, m, f};
+    if (!b->threaded || is_small(n, h, m, f)) {
         burn(&g);
         return;
     }

@@ -10,6 +10,7 @@
 
 #include "base/array.h"
 #include "geom/mesh.h"
+#include "soft/soft.h"
 #include "wire/wire.h"
 
 #include <stdatomic.h>
@@ -40,9 +41,10 @@ typedef struct build_cost {
 build_cost build_cost_of(uint8_t kind, size_t vertex_numbers, size_t index_numbers);
 
 typedef struct built { /* what came of it */
-    wire_refusal why;  /* WIRE_OK, or why there is neither hull nor mesh */
+    wire_refusal why;  /* WIRE_OK, or why there is nothing of these: */
     hull *hull;
     mesh *mesh;
+    soft_mesh *soft;
     int64_t same; /* id of an older geometry that has the very same content: nothing was built; 0: there is none */
 } built;
 
@@ -90,7 +92,7 @@ void builds_wait(builds *b, build *of, void (*alive)(void *context), void *conte
 void builds_end(builds *b, build *of, built *out); /* it is ready: `out` becomes the caller's, and `of` ends */
 
 /* Frees them, here or by one of the threads, if that may take long. NULLs: nothing. */
-void builds_free(builds *b, geometry_numbers *n, hull *h, mesh *m);
+void builds_free(builds *b, geometry_numbers *n, hull *h, mesh *m, soft_mesh *f);
 
 typedef struct builds_figures {
     size_t waiting, under_way;

@@ -34,7 +34,8 @@ void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulati
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
 void apply_count_refused(session *c, uint32_t more, wire_reason reason);
-bool poses_are_enough(const service *s); /* for a tick: what they move is worth one */
+void poses_note_step(service *s, session *c, int64_t step); /* of a frame of vertices */
+bool poses_are_enough(const service *s);                    /* for a tick: what they move is worth one */
 /* See link_sink.room. */
 size_t poses_room(service *s, const wire_pose_batch *m, uint64_t *work);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */

@@ -33,7 +33,7 @@ const geometry *geometry_at(const service *s, int64_t id)
 
 static bool is_ready(const geometry *g)
 {
-    return g->hull || g->mesh;
+    return g->hull || g->mesh || g->soft;
 }
 
 static wire_reason refuse_piece(wire_refusal *why, wire_reason reason, const char *text)
@@ -190,7 +190,7 @@ static void drop_geometry(service *s, geometry *g)
     end_building(s, g);
     pair_map_remove(&s->geometry_of, (uint64_t)g->id);
     free(g->has);
-    builds_free(s->builds, g->numbers, g->hull, g->mesh);
+    builds_free(s->builds, g->numbers, g->hull, g->mesh, g->soft);
     *g = (geometry){.id = 0};
     if (place < s->geometry_hint) s->geometry_hint = place;
 }
@@ -211,6 +211,10 @@ static void report_findings(const geometry *g)
 static void report_ready(const geometry *g)
 {
     if (g->kind == WIRE_GEOMETRY_MESH) report_findings(g);
+    if (g->kind == WIRE_GEOMETRY_SOFT)
+        log_info("soft surface %016" PRIx64 " has %zu vertices, %zu edges and %zu triangles, %zu kB", (uint64_t)g->hash,
+            soft_mesh_vertex_count(g->soft), soft_mesh_edge_count(g->soft), soft_mesh_triangle_count(g->soft),
+            soft_mesh_bytes(g->soft) / 1000);
     if (g->kind == WIRE_GEOMETRY_HEIGHT_FIELD)
         log_info("height field %016" PRIx64 " has %u rows and %u columns", (uint64_t)g->hash, g->mesh->rows,
             g->mesh->columns);
@@ -398,6 +402,7 @@ static void take_build(service *s, geometry *g)
     }
     g->hull = b.hull;
     g->mesh = b.mesh;
+    g->soft = b.soft;
     answer_claims(s, g, &b.why);
     if (is_ready(g))
         report_ready(g);
@@ -485,6 +490,7 @@ static wire_reason complete(service *s, geometry *g, session *c, wire_refusal *w
     }
     g->hull = b.hull;
     g->mesh = b.mesh;
+    g->soft = b.soft;
     enter_whole(s, g);
     report_ready(g);
     return WIRE_OK;
@@ -633,6 +639,7 @@ wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_re
 static uint8_t kind_for(uint8_t wire_type)
 {
     if (wire_type == WIRE_SHAPE_HEIGHT_FIELD) return WIRE_GEOMETRY_HEIGHT_FIELD;
+    if (wire_type == WIRE_SHAPE_SOFT) return WIRE_GEOMETRY_SOFT;
     return wire_type == WIRE_SHAPE_MESH ? WIRE_GEOMETRY_MESH : WIRE_GEOMETRY_HULL;
 }
 
@@ -642,6 +649,7 @@ bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to)
     if (!g || !is_ready(g) || g->kind != kind_for(wire_type)) return false;
     to->mesh = g->mesh;
     to->hull = g->mesh ? g->mesh->hull : g->hull;
+    to->soft = g->soft;
     return true;
 }
 
@@ -675,6 +683,7 @@ wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why
         g.build = NULL;
         g.hull = b.hull;
         g.mesh = b.mesh;
+        g.soft = b.soft;
         *why = b.why;
         if (b.why.reason != WIRE_OK) return why->reason;
     }
@@ -702,7 +711,7 @@ void geometry_sweep(service *s)
     s->geometries_loose = some_go;
     for (size_t i = 0; i < s->geometries.count; i++) {
         geometry *g = &s->geometries.at[i];
-        bool stays = some_go && (g->hull || g->mesh);
+        bool stays = some_go && is_ready(g);
         if (g->id && !g->users && !g->claims && !stays) drop_geometry(s, g);
     }
 }

@@ -23,7 +23,8 @@ typedef struct geometry {
     bool is_building;          /* all has come; bodies wait for it */
     build *build;              /* while it is */
     hull *hull;                /* when ready: this one ... */
-    mesh *mesh;                /* ... or this one, by its kind */
+    mesh *mesh;                /* ... or this one, ... */
+    soft_mesh *soft;           /* ... or this one, by its kind */
     uint32_t users;            /* bodies that hold it */
 } geometry;
 

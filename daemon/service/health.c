@@ -43,6 +43,8 @@ void health_register(service *s)
     s->count.events_out = metrics_add(m, "events_out", "events published");
     s->count.answers = metrics_add(m, "answers", "queries answered");
     s->count.queries_cut = metrics_add(m, "queries_cut", "queries given up, since they held the tick for too long");
+    s->count.incomplete_frames =
+        metrics_add(m, "incomplete_frames", "frames of vertices of which parts did not come: dropped");
     s->count.scene_batches = metrics_add(m, "scene_batches", "batches about scenes: bodies, and where they are");
     s->count.scene_poses = metrics_add(m, "scene_poses", "poses in them");
     s->count.unknown_extensions =
@@ -133,6 +135,11 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "undecided_sweeps", (int64_t)f.undecided);
     sheet_add(t, "dropped_motions", (int64_t)f.dropped_motions);
     sheet_add(t, "coarse_motions", (int64_t)f.coarse_motions);
+    sheet_add(t, "soft_bodies", (int64_t)f.soft_bodies);
+    sheet_add(t, "soft_waiting", (int64_t)f.soft_waiting);
+    sheet_add(t, "soft_steps", (int64_t)f.soft_steps);
+    sheet_add(t, "frames_skipped", (int64_t)f.frames_skipped);
+    sheet_add(t, "soft_unfinished", (int64_t)f.soft_unfinished);
     sheet_add(t, "work", (int64_t)f.work);
     sheet_add(t, "undone", (int64_t)f.undone);
     sheet_add(t, "unbounded", (int64_t)f.unbounded);

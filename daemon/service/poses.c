@@ -267,6 +267,14 @@ static void note_step(step_mark *last, int64_t tick, int64_t step)
     if (step && (last->tick != tick || step >= last->step)) *last = (step_mark){step, tick};
 }
 
+void poses_note_step(service *s, session *c, int64_t step)
+{
+    note_step(&s->latest_step, s->tick, step);
+    apply_forget_refused(c, s->tick, step);
+    note_step(&c->step, s->tick, step);
+    s->stepped = c->stepped = true;
+}
+
 /* As with steps: what time it is stays known beyond the tick, and a simulation that begins anew goes back. */
 void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns)
 {

@@ -15,9 +15,9 @@ static const double AN_OCTET_CHECKED = 0.05; /* of configurations */
 static price of_geometry(const wire_geometry *m)
 {
     double vertices = m->vertices.count, indices = m->indices.count;
-    double building = m->kind == WIRE_GEOMETRY_MESH           ? A_TRIANGLE * indices / 3
-                      : m->kind == WIRE_GEOMETRY_HEIGHT_FIELD ? A_HEIGHT * vertices
-                                                              : A_POINT * vertices / 3;
+    double building = m->kind == WIRE_GEOMETRY_MESH || m->kind == WIRE_GEOMETRY_SOFT ? A_TRIANGLE * indices / 3
+                      : m->kind == WIRE_GEOMETRY_HEIGHT_FIELD                        ? A_HEIGHT * vertices
+                                                                                     : A_POINT * vertices / 3;
     double copying = COMMAND + A_NUMBER * (vertices + indices);
     return (price){copying, copying + building};
 }

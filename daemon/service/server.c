@@ -22,6 +22,7 @@
 #include "standby.h"
 #include "streams.h"
 #include "suspect.h"
+#include "vertices.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -253,6 +254,7 @@ static void free_clients(service *s)
     session_free_all(s);
     world_destroy(s->world);
     pending_free_all(s);
+    vertices_free_all(s);
     geometry_free_all(s);
     s->inbox.commands.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
     s->reported_builds.count = 0;

@@ -30,6 +30,7 @@
 #include "page.h"
 #include "recording_state.h"
 #include "stream_state.h"
+#include "vertex_state.h"
 #include "wire/wire_log.h"
 
 enum { LINKS_MAX = 8 };
@@ -50,6 +51,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *queries_cut;
     metric *unknown_extensions;
     metric *scene_batches, *scene_poses;
+    metric *incomplete_frames;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
@@ -153,6 +155,7 @@ typedef struct service {
     } carried;           /* with the command that is carried out */
     bool poses_only;     /* a link's thread stands in: nothing but poses is carried out */
     inbox inbox;
+    vertex_state vertices;
     posing posing;
     bool stepped;              /* since the last tick: its streams are told of the step */
     ARRAY(world_shape) shapes; /* scratch of apply */

@@ -4,6 +4,7 @@
 #include "geometries.h"
 #include "service.h"
 #include "streams.h"
+#include "vertices.h"
 
 #include "base/log.h"
 
@@ -237,6 +238,7 @@ static void free_session(session *c)
 static void forget(service *s, session *c)
 {
     pending_forget(s, c->client, INT64_MAX);
+    vertices_forget(s, c->client);
     uint32_t index = pair_map_remove(&s->session_of, (uint64_t)c->client);
     session *last = s->sessions.at[--s->sessions.count];
     if (last != c) {

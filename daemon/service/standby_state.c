@@ -9,6 +9,7 @@
 #include "recordings.h"
 #include "standby_parts.h"
 #include "streams.h"
+#include "vertices.h"
 #include "world/saved.h"
 
 #include <stdio.h>
@@ -232,6 +233,7 @@ static const char *get_geometry(service *s, bytes_in *from)
     if (!fits) return "a geometry is cut off";
     g.hull = NULL;
     g.mesh = NULL;
+    g.soft = NULL;
     g.build = NULL;
     g.has = comes ? base_zalloc((size_t)g.pieces, 1) : NULL;
     g.numbers = geometry_numbers_create(g.kind, g.hash, g.vertex_numbers, g.index_numbers);
@@ -295,6 +297,7 @@ static void begin_naming(naming *n, const service *s)
     for (size_t i = s->geometries.count; i-- > 0;) { /* the first of several has the last word */
         const geometry *g = &s->geometries.at[i];
         if (g->id && g->mesh) pair_map_put(&n->place_of, key_of(g->mesh), (uint32_t)i);
+        if (g->id && g->soft) pair_map_put(&n->place_of, key_of(g->soft), (uint32_t)i);
         if (g->id && g->hull) pair_map_put(&n->place_of, key_of(g->hull), (uint32_t)i);
     }
 }
@@ -302,7 +305,7 @@ static void begin_naming(naming *n, const service *s)
 static int64_t name_of(const void *context, const shape *of)
 {
     const naming *n = context;
-    const void *built = of->mesh ? (const void *)of->mesh : of->hull;
+    const void *built = of->mesh ? (const void *)of->mesh : of->soft ? (const void *)of->soft : of->hull;
     uint32_t place = built ? pair_map_get(&n->place_of, key_of(built)) : PAIR_MAP_NONE;
     return place == PAIR_MAP_NONE ? 0 : n->s->geometries.at[place].id;
 }
@@ -313,6 +316,8 @@ static bool lend(const void *context, int64_t id, shape *to)
     if (!g) return false;
     to->mesh = g->mesh;
     to->hull = g->mesh ? g->mesh->hull : g->hull;
+    to->soft = g->soft;
+    if (to->type == SHAPE_SOFT) return to->soft != NULL;
     return to->hull != NULL && (to->type == SHAPE_MESH) == (g->mesh != NULL);
 }
 
@@ -356,6 +361,7 @@ void state_put(service *s, state_parts *all)
     for (size_t i = 0; i < s->streams.count; i++) put_stream(s, &s->streams.at[i], to);
     bytes_put_count(to, s->pending.count);
     for (size_t i = 0; i < s->pending.count; i++) put_pending(s, &s->pending.at[i], to);
+    vertices_save(s, to);
     naming names;
     begin_naming(&names, s);
     world_save(s->world, &(world_lender){.context = &names, .name_of = name_of}, to);
@@ -419,6 +425,7 @@ static const char *take_all(service *s, bytes_in *from)
         for (size_t k = 0; k < count; k++)
             if ((wrong = parts[i](s, from)) != NULL) return wrong;
     }
+    if ((wrong = vertices_restore(s, from)) != NULL) return wrong;
     geometry_restore_builds(s);
     s->hull_came = h.hull_came;
     s->geometries_loose = h.geometries_loose;

@@ -10,6 +10,7 @@
 #include "recordings.h"
 #include "service.h"
 #include "standby.h"
+#include "vertices.h"
 
 #include "base/hash.h"
 #include "base/log.h"
@@ -451,6 +452,7 @@ void steps_complete(service *s)
         apply_forget_refused(c, s->tick, r.least);
         c->done.list.count = 0;
         if (c->held.step <= r.least) apply_held(s, c);
+        vertices_step(s, c, r.least);
         c->missed = c->idle;
         s->lock_step.missing += c->missed;
         c->step = (step_mark){r.least, s->tick};

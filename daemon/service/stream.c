@@ -3,6 +3,7 @@
 #include "service.h"
 #include "standby.h"
 #include "streams.h"
+#include "vertices.h"
 #include "wire/wire_extensions.h"
 
 #include <assert.h>
@@ -316,17 +317,25 @@ static void expect_heartbeat(service *s, const stream *to)
     if (due_ns < s->next_heartbeat_ns) s->next_heartbeat_ns = due_ns;
 }
 
+static int32_t event_parts_of(const world_batch *b)
+{
+    return (int32_t)((b->count + EVENTS_A_PART - 1) / EVENTS_A_PART);
+}
+
+/* Events first, then soft bodies; at least one. */
 static int32_t parts_of(const world_batch *b)
 {
-    return b->count ? (int32_t)((b->count + EVENTS_A_PART - 1) / EVENTS_A_PART) : 1;
+    int32_t parts = event_parts_of(b) + vertices_parts(b);
+    return parts ? parts : 1;
 }
 
 /* One part of a batch; valid until the next one. */
 static wire_message part_of(service *s, const stream *to, const world_batch *b, int32_t i)
 {
     if (!s->part) s->part = base_alloc(1, sizeof *s->part);
-    size_t first = (size_t)i * EVENTS_A_PART;
-    assert(i >= 0 && first <= b->count);
+    int32_t events = event_parts_of(b);
+    size_t first = i < events ? (size_t)i * EVENTS_A_PART : b->count;
+    assert(i >= 0);
     size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
     wire_message m = message_for(s, to);
     m.event_batch.undone = (int64_t)b->undone;
@@ -335,6 +344,7 @@ static wire_message part_of(service *s, const stream *to, const world_batch *b, 
     m.event_batch.part = i;
     m.event_batch.parts = parts_of(b);
     fill_part(s->part, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
+    if (i >= events && b->soft_count) m.event_batch.extensions = vertices_part(s, b, i - events);
     if (to->tells_poses && n && !b->snapshot) put_poses(s->part, b->events + first, (uint32_t)n, &m.event_batch);
     return m;
 }

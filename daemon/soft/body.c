@@ -10,6 +10,7 @@ soft_body *soft_body_create(const soft_mesh *mesh)
 {
     soft_body *b = base_zalloc(1, sizeof *b);
     b->mesh = mesh;
+    b->half_thickness = mesh->half_thickness;
     b->ways = base_zalloc(mesh->vertex_count, sizeof *b->ways);
     b->vertex_boxes = base_alloc_lines(mesh->vertex_count, sizeof *b->vertex_boxes);
     b->node_boxes = base_alloc_lines(mesh->node_count, sizeof *b->node_boxes);
@@ -25,6 +26,11 @@ void soft_body_destroy(soft_body *b)
     if (!b) return;
     free(b->ways), free(b->vertex_boxes), free(b->node_boxes), free(b->boxes);
     free(b);
+}
+
+void soft_body_set_thickness(soft_body *b, double half_thickness)
+{
+    b->half_thickness = half_thickness;
 }
 
 const soft_mesh *soft_body_mesh(const soft_body *b)

@@ -118,7 +118,7 @@ static bool filtered(const soft_mesh *m, const soft_candidate *c, soft_kind kind
     for (int i = 0; m->ring > 0 && i < of_first; i++)
         for (int k = of_first; k < 4; k++)
             if (within_ring(m, c->vertex[i], c->vertex[k])) return true;
-    return m->rest && near_at_rest(m, c, kind);
+    return m->rest_exclusion > 0 && near_at_rest(m, c, kind);
 }
 
 /* ---- pairs of blocks ---- */

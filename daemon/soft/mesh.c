@@ -180,10 +180,8 @@ soft_mesh *soft_mesh_create(const soft_mesh_def *def, soft_status *status)
     make_edges(m);
     uint32_t(*triangle_edges)[3] = edges_of_triangles(m);
     make_around(m);
-    if (def->rest_exclusion > 0) {
-        m->rest = give(m, def->vertex_count, sizeof *m->rest);
-        memcpy(m->rest, def->rest, def->vertex_count * sizeof *m->rest);
-    }
+    m->rest = give(m, def->vertex_count, sizeof *m->rest);
+    memcpy(m->rest, def->rest, def->vertex_count * sizeof *m->rest);
     soft_mesh_cluster(m, def->rest, triangle_edges);
     free(triangle_edges);
     bool fits = !def->memory_max || m->bytes <= def->memory_max;
@@ -220,6 +218,11 @@ size_t soft_mesh_edge_count(const soft_mesh *m)
 void soft_mesh_triangle(const soft_mesh *m, uint32_t face, uint32_t corners[3])
 {
     memcpy(corners, m->triangles[face], sizeof m->triangles[face]);
+}
+
+const vec3 *soft_mesh_rest(const soft_mesh *m)
+{
+    return m->rest;
 }
 
 void soft_mesh_edge(const soft_mesh *m, uint32_t edge, uint32_t ends[2])

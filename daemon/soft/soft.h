@@ -60,7 +60,8 @@ typedef struct soft_mesh_def {
     size_t vertex_count;
     const uint32_t (*triangles)[3]; /* (a, b, b) is an edge alone, as of hair and cables; (a, a, a) a vertex alone */
     size_t triangle_count;
-    double half_thickness; /* m: two surfaces are in contact when nearer than the sum of theirs */
+    double half_thickness; /* m, unless a body has its own: two surfaces are in contact when nearer than the sum of
+                              theirs */
     unsigned ring;         /* features of one body within so many edges of each other are not looked at; 0: only those
                               that share a vertex are not */
     double
@@ -77,6 +78,7 @@ size_t soft_mesh_triangle_count(const soft_mesh *m);
 size_t soft_mesh_edge_count(const soft_mesh *m);
 void soft_mesh_triangle(const soft_mesh *m, uint32_t face, uint32_t corners[3]);
 void soft_mesh_edge(const soft_mesh *m, uint32_t edge, uint32_t ends[2]); /* the lesser vertex first */
+const vec3 *soft_mesh_rest(const soft_mesh *m);                           /* one a vertex; the mesh's own */
 size_t soft_mesh_bytes(const soft_mesh *m);
 
 /* ---- bodies: where the vertices of a mesh are ---- */
@@ -85,6 +87,7 @@ typedef struct soft_body soft_body;
 
 soft_body *soft_body_create(const soft_mesh *mesh); /* all at 0 until soft_body_set; the mesh outlives it */
 void soft_body_destroy(soft_body *b);
+void soft_body_set_thickness(soft_body *b, double half_thickness); /* m, instead of the mesh's */
 const soft_mesh *soft_body_mesh(const soft_body *b);
 size_t soft_body_bytes(const soft_body *b);
 
@@ -176,6 +179,7 @@ soft_status soft_step_run(soft_step *s, uint64_t units);
 const soft_contact *soft_step_contacts(const soft_step *s, size_t *count); /* by pair, kind, a, b, once it is done */
 const soft_tally *soft_step_tallies(const soft_step *s);                   /* one a pair */
 soft_work soft_step_work(const soft_step *s);
+uint64_t soft_step_units(const soft_step *s); /* of work, since it began */
 
 /* Nothing meets before *lo, on the common way of all bodies; 1 and *hi = INFINITY: nothing does. By *hi something has
  * met for certain; 2 = not known. After SOFT_VERDICTS *lo may be less than

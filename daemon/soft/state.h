@@ -48,7 +48,7 @@ struct soft_mesh {
     uint32_t *around_first; /* by vertex, and one more: where its triangles begin in ... */
     uint32_t *around;
     uint32_t *near_first, *near; /* with a ring: the vertices within so many edges of a vertex, ascending, itself too */
-    vec3 *rest;                  /* with a rest_exclusion */
+    vec3 *rest;
     soft_cluster *clusters;
     soft_block *blocks;
     soft_node *nodes;
@@ -60,6 +60,7 @@ typedef struct soft_way {
 
 struct soft_body {
     const soft_mesh *mesh;
+    double half_thickness; /* m */
     soft_way *ways;
     soft_box *vertex_boxes, *node_boxes;
     soft_lanes *boxes;    /* by block */

@@ -276,7 +276,7 @@ static void refit_all(soft_step *s)
 {
     for (size_t i = 0; i < s->bodies.count; i++) {
         soft_body *b = s->bodies.at[i];
-        soft_refit(b, s->origin, b->mesh->half_thickness + 0.5 * s->def.separation, s->share, s->pool);
+        soft_refit(b, s->origin, b->half_thickness + 0.5 * s->def.separation, s->share, s->pool);
     }
 }
 
@@ -296,7 +296,7 @@ static void begin_pair(soft_step *s)
     if (s->pair == s->pairs.count) return;
     soft_pair p = s->pairs.at[s->pair];
     s->terms = (soft_terms){s->bodies.at[p.a], s->bodies.at[p.b], p.a == p.b, s->def.without & SOFT_WITHOUT_BOXES};
-    s->ask.separation = s->terms.a->mesh->half_thickness + s->terms.b->mesh->half_thickness + s->def.separation;
+    s->ask.separation = s->terms.a->half_thickness + s->terms.b->half_thickness + s->def.separation;
     s->stars_apply = s->terms.self && s->ask.separation == 0;
     array_push(&s->stack, ((node_pair){0, 0}));
 }
@@ -450,6 +450,11 @@ const soft_tally *soft_step_tallies(const soft_step *s)
 soft_work soft_step_work(const soft_step *s)
 {
     return s->work;
+}
+
+uint64_t soft_step_units(const soft_step *s)
+{
+    return units_of(&s->work);
 }
 
 void soft_step_safe(const soft_step *s, double *lo, double *hi)

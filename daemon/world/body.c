@@ -322,10 +322,10 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .stamp_is_now = b->announced_ns && b->stamp_ns == b->announced_ns,
         .pose = b->pose,
         .shapes = shapes,
-        .shape_count = b->shape_count,
+        .shape_count = body_visible_shapes(b),
         .rules = b->rules,
         .rule_count = b->rule_count};
-    for (size_t i = 0; shapes && i < b->shape_count; i++) {
+    for (size_t i = 0; shapes && i < body_visible_shapes(b); i++) {
         const collider *s = &w->colliders.at[b->shapes[i]];
         shapes[i] = (world_shape){s->shape, s->local};
     }

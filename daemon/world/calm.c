@@ -37,7 +37,7 @@ static inline double less_of(double a, double b)
 
 static bool may_be_calm(const body *b)
 {
-    return !b->pair_count && !b->impacts && !(b->horizon > 0) && !b->deadline_ns && !b->stale && !b->held;
+    return !b->pair_count && !b->soft && !b->impacts && !(b->horizon > 0) && !b->deadline_ns && !b->stale && !b->held;
 }
 
 /* Looked at along each axis: how far a box turned so reaches is a sum of three products. The box is the core's; the

@@ -9,6 +9,7 @@
  * stages leave open gets bounds that hold first, and is refined then in the order of need, as far as units of work are
  * granted (work.c). */
 #include "cascade.h"
+#include "soft_state.h"
 #include "state.h"
 #include "subscription.h"
 
@@ -269,6 +270,9 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
         w->outcomes.at[k] = (outcome){.stage = STAGE_UNKNOWN, .settled = stale, .result = WORLD_NONE};
         if (stale)
             forget_standing(w, p);
+        else if (pair_is_soft(w, p))
+            w->outcomes.at[k] =
+                (outcome){.stage = STAGE_CLOSED_FORM, .settled = !soft_is_decided(w, p), .result = WORLD_NONE};
         else
             (bounds ? look_at_bounds : look_for_proof)(w, p, &w->outcomes.at[k]);
     }
@@ -363,6 +367,10 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     outcome *out = &w->outcomes.at[k];
     pair *p = &w->pairs.at[w->active_pairs.at[k]];
     const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
+    if (pair_is_soft(w, p)) {
+        soft_fill(w, p, r);
+        return;
+    }
     demand d = cascade_demand(w, p);
     pose b_in_a = relative_of_active(w, p, a, b);
     narrow_cache none = {.lower = 0};
@@ -397,6 +405,12 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         const collider *a = &w->colliders.at[p->a], *b = &w->colliders.at[p->b];
         outcome *out = &w->outcomes.at[k];
         narrow_result *r = &w->results.at[n];
+        if (pair_is_soft(w, p)) {
+            soft_fill(w, p, r);
+            out->result = (uint32_t)n;
+            out->settled = true;
+            continue;
+        }
         if (n >= w->bounded && out->floor) { /* still */
             out->left = true;
             continue;

@@ -99,7 +99,7 @@ static inline void fetch_ahead(const world *w, size_t i)
 
 static void put_shapes(world *w, body *b)
 {
-    bool sweeps = b->impacts || b->horizon > 0, passive = !b->match; /* nobody asks for it */
+    bool sweeps = !b->soft && (b->impacts || b->horizon > 0), passive = !b->match; /* nobody asks for it */
     for (size_t k = 0; k < b->shape_count; k++) {
         collider *s = &w->colliders.at[b->shapes[k]];
         s->world = collider_at(b->pose, s);

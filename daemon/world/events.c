@@ -7,6 +7,7 @@
  * has found pairs, nor the ids that these were given. A contact id has exactly one begin and one end: it is taken in
  * `begin_or_end_touch` and given up there, or in `watch_end` when the pair or the subscription goes. */
 #include "events.h"
+#include "soft_state.h"
 
 #include "subscription.h"
 
@@ -102,12 +103,21 @@ static void report(world *w, uint32_t pair_id, const outcome *o, uint32_t subscr
     if (id != WORLD_NONE && w->watches.at[id].near_id) range += i->hysteresis;
     bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= threshold;
     bool near = i->facts & WORLD_DISTANCE && r->lo <= range;
+    const soft_result *soft = NULL;
+    bool is_soft = pair_is_soft(w, p);
+    if (is_soft) {
+        near = false;
+        touches =
+            soft_touches(w, p, i->threshold + t->distances.padding, &soft) && i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
+        if (!soft) return;
+    }
     if (id == WORLD_NONE && !touches && !near) return;
     if (id == WORLD_NONE) id = watch_add(w, pair_id, subscription_id);
     watch *v = &w->watches.at[id];
     world_event now;
     events_fill(w, p, r, subscription_id, t->distances.looks, &now);
     now.achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
+    if (is_soft) now.achieved = soft->unfinished ? WORLD_WIDE : WORLD_CERTAIN;
     if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
     bool news = v->recovered || !(v->touch_id || v->near_id) || !watch_has_said(w, id, &now);
     v->recovered = false;

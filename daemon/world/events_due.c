@@ -1,6 +1,7 @@
 /* events_due: what is told without being news of this tick: updates that a rate held back; and the batches of a
  * tick. Tick thread. */
 #include "events.h"
+#include "soft_state.h"
 #include "subscription.h"
 
 #include <stdlib.h>
@@ -74,15 +75,18 @@ void events_collect(world *w, world_batches *out)
         i->undone += i->olds && !i->closing;
         bool more_or_less = i->undone != i->reported,
              closes = i->closing && !i->olds; /* left undone than was told last */
-        size_t news = i->events.count;
+        const world_soft *soft;
+        size_t soft_count = soft_told_to(w, id, &soft), news = i->events.count + soft_count;
         if (!i->used || !(news || i->snapshot || i->images_reported || closes || more_or_less)) continue;
         i->reported = i->undone;
         if (news || closes || more_or_less)
             array_push(&w->batches, ((world_batch){.subscription = id,
                                         .closing = closes,
                                         .undone = i->undone,
+                                        .soft = soft_count ? soft : NULL,
+                                        .soft_count = soft_count,
                                         .events = i->events.at,
-                                        .count = news}));
+                                        .count = i->events.count}));
         if (i->images_reported && !closes)
             array_push(&w->batches, ((world_batch){.subscription = id,
                                         .snapshot = true,

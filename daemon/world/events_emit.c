@@ -123,7 +123,7 @@ void events_fill(
     e->name_a = x->name;
     e->name_b = y->name;
     e->shape_a = a->index;
-    e->shape_b = b->index;
+    e->shape_b = b->shadow ? a->index : b->index;
     e->lo = r->lo;
     e->hi = r->hi;
     e->axis = quat_rotate(a->world.q, r->axis);

@@ -1,6 +1,7 @@
 /* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
  */
 #include "match.h"
+#include "soft_state.h"
 #include "state.h"
 #include "subscription.h"
 
@@ -68,7 +69,7 @@ pair_terms pair_get_terms(const world *w, const body *a, const body *b)
     bool insists = checks(ra) || checks(rb);
     pair_terms t = {.rule = ra && (!rb || ra->allow == !insists) ? ra : rb};
     bool meet = masks_meet(a, b, &t.looks);
-    if (a == b) {
+    if (a == b && !a->soft) {
         t.why = "both are the same body";
     } else if (a->fixed && b->fixed) {
         t.why = "both are fixed";
@@ -124,7 +125,9 @@ bool pair_accept(void *context, uint32_t a, uint32_t b)
 {
     world *w = context;
     const body *x = &w->bodies.at[w->colliders.at[a].body], *y = &w->bodies.at[w->colliders.at[b].body];
-    return x != y && subscription_wants(w, x, y) && decide(w, w->colliders.at[a].body, w->colliders.at[b].body).checked;
+    bool shadowed = w->colliders.at[a].shadow || w->colliders.at[b].shadow; /* only beside its own surface */
+    return (x == y) == shadowed && subscription_wants(w, x, y) &&
+           decide(w, w->colliders.at[a].body, w->colliders.at[b].body).checked;
 }
 
 void pair_note_reported(world *w, uint32_t pair_id)

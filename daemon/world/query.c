@@ -54,6 +54,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
 {
     if (!alive(w, a) || !alive(w, b)) return;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
+    if (x->soft || y->soft) return;
     world_hit best = {.body_a = a, .body_b = b, .name_a = x->name, .shape_a = -1, .lo = INFINITY, .hi = INFINITY};
     double least_lo = INFINITY;
     for (size_t i = 0; i < x->shape_count; i++) {
@@ -233,6 +234,9 @@ int world_explain_within(
     if (x->is_due || y->is_due || x->is_parked || y->is_parked)
         line(&l,
             "pending: more pairs have changed than a tick decides; what was reported stands until it is their turn\n");
-    explain_shapes(w, x, y, patience, &l);
+    if (x->soft || y->soft)
+        line(&l, "%s is soft: what meets it on its way is told step by step\n", x->soft ? x->name : y->name);
+    else
+        explain_shapes(w, x, y, patience, &l);
     return l.length;
 }

@@ -2,7 +2,7 @@
  * is (box), or near it (nearest k, all within a distance). About the world as the last tick left it; nothing is changed
  * and no cache is used. Called by the tick thread between ticks. */
 #include "geom/ray.h"
-#include "state.h"
+#include "soft_state.h"
 
 #include <stdlib.h>
 
@@ -36,7 +36,7 @@ static shape box_or_point(vec3 half)
 
 static bool concerns(const search *q, const collider *s)
 {
-    return !q->w->bodies.at[s->body].ghost && s->body != q->probe.body;
+    return !q->w->bodies.at[s->body].ghost && !collider_is_soft(s) && s->body != q->probe.body;
 }
 
 /* The probe when it has gone on by t along the direction, and a shape, in world axes about the probe's frame then: they
@@ -418,7 +418,7 @@ void world_query_nearest_to(
     nearest n = {{.w = w, .tolerance = tolerance > 0 ? tolerance : FINEST, .now_ns = now_ns, .out = out}, most, range};
     if (!most || !world_body_name(w, id)) return;
     const body *b = &w->bodies.at[id];
-    for (size_t i = 0; i < b->shape_count; i++) {
+    for (size_t i = 0; i < b->shape_count && !b->soft; i++) {
         const collider *s = &w->colliders.at[b->shapes[i]];
         probe own = {.shape = &s->shape, .body = id};
         collider_stand(w, s, &own.at, &own.local);

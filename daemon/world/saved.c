@@ -6,6 +6,7 @@
 #include "events.h"
 #include "geom/compound.h"
 #include "match.h"
+#include "soft_state.h"
 #include "state.h"
 #include "subscription.h"
 
@@ -39,7 +40,9 @@ static void get_pool(bytes_in *from, id_pool *p)
 static void put_shape(bytes_out *to, const world_lender *l, const shape *s)
 {
     shape bare = *s;
-    int64_t number = s->hull || s->mesh ? l->name_of(l->context, s) : 0;
+    int64_t number = s->hull || s->mesh || s->soft ? l->name_of(l->context, s) : 0;
+    bare.soft = NULL;
+    bare.span = NULL;
     bare.hull = NULL;
     bare.mesh = NULL;
     bare.compound = NULL;
@@ -54,8 +57,10 @@ static bool get_shape(bytes_in *from, const world_lender *l, shape *s)
     s->hull = NULL;
     s->mesh = NULL;
     s->compound = NULL;
+    s->soft = NULL;
+    s->span = NULL;
     if (!bytes_get(from, &number, sizeof number)) return false;
-    bool needs = s->type == SHAPE_HULL || s->type == SHAPE_MESH;
+    bool needs = s->type == SHAPE_HULL || s->type == SHAPE_MESH || s->type == SHAPE_SOFT;
     return needs ? l->lend(l->context, number, s) : number == 0;
 }
 
@@ -397,7 +402,7 @@ typedef struct head {
 
 uint64_t world_saved_layout(void)
 {
-    enum { LISTS = 2 /* changes with which lists are behind the rest */ };
+    enum { LISTS = 3 /* changes with which lists are behind the rest */ };
     const uint64_t all[] = {LISTS, sizeof(head), sizeof(body), sizeof(collider), sizeof(subscription), sizeof(pair),
         sizeof(watch), sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
         sizeof(payer), sizeof(past_motion), sizeof(goer), offsetof(body, past), offsetof(body, effort),
@@ -515,6 +520,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->unknown_due);
     PUT_LIST(to, &w->lingering); /* in the order in which their boxes parted: so they end */
     removal_save(w, to);
+    soft_save(w, to);
 }
 
 /* There is room for them. */
@@ -649,6 +655,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
         if (w->leaving.at[i] >= w->colliders.count) return "a shape that leaves is not there";
     leaving_restored(w);
     if (!removal_restore(w, from)) return "a body that is to go is not there";
+    if ((wrong = soft_restore(w, from)) != NULL) return wrong;
     w->due = (size_t)h.due;
     w->parked = (size_t)h.parked;
     w->pending = h.pending;

@@ -15,6 +15,7 @@
  *
  * Units are counts, so that all of it follows from the commands and the slices. */
 #include "match.h"
+#include "soft_state.h"
 #include "state.h"
 #include "subscription.h"
 
@@ -664,7 +665,8 @@ bool world_was_sliced(const world *w)
 
 size_t world_pending_of(const world *w, uint64_t owner)
 {
-    size_t leave = leaving_of(w, owner) + removal_of(w, owner) + settling_of(w, owner) + impact_waiting_of(w, owner);
+    size_t leave = soft_waiting_of(w, owner) + leaving_of(w, owner) + removal_of(w, owner) + settling_of(w, owner) +
+                   impact_waiting_of(w, owner);
     for (size_t i = 0; i < w->purses.count; i++)
         if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count + leave;
     return leave;

@@ -148,6 +148,7 @@ typedef struct body {
     double acceleration, angular_acceleration;
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
+    uint32_t soft;           /* its place among soft bodies + 1; 0: it is rigid */
     int64_t announced_ns;    /* stamp of the announcement, where that is not the pose's; 0: it is */
     pose travelled_to;       /* ... up to here; set anew when a budget is */
 } body;
@@ -166,11 +167,12 @@ typedef struct collider { /* a shape of a body: the broad phase's proxy under th
     int32_t index : 24;       /* in the body */
     bool at_origin : 1;       /* of the body, and not turned: `local` is the identity */
     bool used : 1, ghost : 1;
-    bool kept : 1; /* as a body's */
-    aabb box;      /* of the shape at `world`, not fat */
-    pose local;    /* in the body */
+    bool kept : 1;   /* as a body's */
+    bool shadow : 1; /* of a soft surface: see soft_state.h */
+    aabb box;        /* of the shape at `world`, not fat */
+    pose local;      /* in the body */
 } collider;
-_Static_assert(offsetof(collider, shape) == 64 && sizeof(collider) == 256, "four lines");
+_Static_assert(offsetof(collider, shape) == 64 && sizeof(collider) == 320, "five lines");
 enum { SHAPES_OF_A_BODY_MOST = (1 << 23) - 1 };
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
@@ -276,6 +278,8 @@ typedef struct subscription {
     unsigned facts;
     double threshold, range, hysteresis, tolerance, relative_tolerance, horizon;
     world_accuracy accuracy;
+    uint32_t soft_most;      /* features of a pair; 0: all */
+    bool soft_each;          /* it is told of features, one by one */
     uint64_t work;           /* units of the cascade, since it was put */
     size_t undone, reported; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
@@ -503,6 +507,7 @@ struct world {
     bool rematched;            /* since the last tick: some body is in a subscription, or out of one, that it was not */
     uint64_t hash;
     world_figures figures;
+    struct soft_world *soft; /* soft_state.h */
 };
 
 _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three cache lines");
@@ -567,6 +572,10 @@ static inline bool pose_same(pose a, pose b)
     bool there = a.p.x == b.p.x && a.p.y == b.p.y && a.p.z == b.p.z;
     return there && a.q.w == b.q.w && a.q.x == b.q.x && a.q.y == b.q.y && a.q.z == b.q.z;
 }
+static inline size_t body_visible_shapes(const body *b) /* without the shadow of a soft one */
+{
+    return b->shape_count - (b->soft != 0);
+}
 bool body_same_shapes(const world *w, const body *b, const world_body *def);
 void body_add_shapes(world *w, uint32_t id, const world_body *def); /* to one that has none */
 void body_drop_shapes(world *w, body *b);
@@ -595,6 +604,7 @@ size_t settling_of(const world *w, uint64_t owner); /* how many of his this tick
 /* Where it is when its body is there. */
 static inline pose collider_at(pose body_pose, const collider *s)
 {
+    if (s->shape.type == SHAPE_SOFT) return POSE_IDENTITY; /* each of its vertices is where it is */
     return s->at_origin ? body_pose : pose_mul(body_pose, s->local);
 }
 void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */

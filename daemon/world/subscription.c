@@ -90,7 +90,8 @@ static bool same_subscription(const subscription *i, const world_subscription *d
     return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
            i->hysteresis == def->hysteresis && i->tolerance == def->tolerance &&
            i->relative_tolerance == def->relative_tolerance && i->accuracy == def->accuracy &&
-           i->horizon == def->horizon && i->period_ns == def->period_ns && strcmp(i->select_a, def->select_a) == 0 &&
+           i->soft_each == def->soft_each && i->soft_most == def->soft_most && i->horizon == def->horizon &&
+           i->period_ns == def->period_ns && strcmp(i->select_a, def->select_a) == 0 &&
            strcmp(i->select_b, def->select_b) == 0;
 }
 
@@ -157,6 +158,8 @@ world_status world_put_subscription(world *w, uint32_t *id, const world_subscrip
     i->tolerance = def->tolerance;
     i->relative_tolerance = def->relative_tolerance;
     i->accuracy = def->accuracy;
+    i->soft_each = def->soft_each;
+    i->soft_most = def->soft_most;
     i->horizon = def->horizon;
     i->period_ns = def->period_ns;
     count_one(&w->asking, i, 1);
@@ -181,6 +184,8 @@ world_status world_get_subscription(const world *w, uint32_t id, world_subscript
         .relative_tolerance = i->relative_tolerance,
         .accuracy = i->accuracy,
         .horizon = i->horizon,
+        .soft_each = i->soft_each,
+        .soft_most = i->soft_most,
         .period_ns = i->period_ns,
         .owner = i->owner,
         .in_step = i->in_step};

@@ -32,6 +32,7 @@ static price price_of(const shape *s)
         [SHAPE_HULL] = {350, 900},
         [SHAPE_MESH] = {15000, 300000},
         [SHAPE_COMPOUND] = {200, 200},
+        [SHAPE_SOFT] = {200, 200},
     };
     price p = PRICES[s->type];
     double vertices = s->type == SHAPE_HULL ? s->hull->vertex_count : 0;

@@ -145,8 +145,10 @@ typedef enum world_fact {
     WORLD_TOUCH = 1,
     WORLD_DISTANCE = 2,
     WORLD_MANIFOLD = 4,
-    WORLD_IMPACT = 8,  /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
-    WORLD_PREDICT = 16 /* contacts to come within the horizon, from velocities */
+    WORLD_IMPACT = 8,     /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
+    WORLD_PREDICT = 16,   /* contacts to come within the horizon, from velocities */
+    WORLD_FEATURES = 128, /* of soft bodies: the features that meet on the way of each step ... */
+    WORLD_SAFE_STEP = 256 /* ... and the share of the way that is proven to be free */
 } world_fact;
 
 /* How far a pair is looked into for touch, distance and manifold. One that several subscriptions share gets what the
@@ -173,6 +175,8 @@ typedef struct world_subscription {
     uint64_t owner; /* whom it tells. His bodies, and nobody else's, are pending (world_pending_of) while a search for
                        impacts waits that it asks for; ... */
     bool in_step;   /* ... he steps together with others: so are theirs */
+    bool soft_each; /* with WORLD_FEATURES: each of them, else how many they are */
+    uint32_t soft_most; /* of a pair, at most; 0 = all. The others are counted */
 } world_subscription;
 
 /* Its next batch is a snapshot. */
@@ -254,6 +258,66 @@ typedef struct world_event {
     world_impact impact; /* IMPACT, PREDICTED: lo, hi, axis and points are those at impact.lo */
 } world_event;
 
+/* ---- soft bodies (soft/soft.h) ---- */
+
+/* The way of a step is, for each vertex, the straight line from where it is to where the frame says; for a rigid body
+ * beside it, the way from its pose at the last tick to its pose. */
+typedef enum world_frame_mode { /* numbers as on the wire */
+    WORLD_FRAME_MOVES,
+    WORLD_FRAME_PROPOSES, /* is that way free? Nothing moves */
+    WORLD_FRAME_TELEPORTS
+} world_frame_mode;
+
+typedef struct world_range { /* vertices of a frame that follow each other */
+    uint32_t first, count;
+    const vec3 *at; /* m, world */
+} world_range;
+
+typedef struct world_frame {
+    int64_t frame, stamp_ns;
+    world_frame_mode mode;
+    const world_range *ranges; /* a vertex in none of them stays where the newest frame has it */
+    size_t range_count;
+} world_frame;
+
+typedef enum world_frame_status {
+    WORLD_FRAME_TAKEN,
+    WORLD_FRAME_NOT_SOFT,  /* no such body, or a rigid one */
+    WORLD_FRAME_NO_VERTEX, /* a range goes beyond its vertices */
+    WORLD_FRAME_OLD,       /* as new as, or older than, the newest; a teleport may go back */
+    WORLD_FRAME_CROWDED    /* too many proposals of it wait */
+} world_frame_status;
+
+/* A step is found out over one or more ticks: until it is done the body stands where it was, and what is not done is
+ * unknown, never free. Of frames that come meanwhile the newest takes the place of those before (frames_skipped):
+ * the way of the next step is then the line from where it is to that one. */
+world_frame_status world_put_frame(world *w, uint32_t body, const world_frame *frame);
+size_t world_soft_vertices(const world *w, uint32_t body);                       /* 0: it is rigid, or unknown */
+const vec3 *world_soft_positions(const world *w, uint32_t body, int64_t *frame); /* NULL: likewise */
+
+typedef struct world_feature {
+    uint8_t kind, proof; /* as soft_kind and soft_proof; kind 3: a face, and a rigid shape */
+    uint32_t a, b;
+    float t_lo, t_hi, normal[3], bary[2];
+} world_feature;
+
+typedef struct world_soft { /* what a step of a pair came to, for one subscription; A and B as in its events */
+    const char *name_a, *name_b;
+    int32_t shape_a, shape_b;
+    int64_t contact; /* 0: they are in none */
+    int64_t frame_a, frame_b;
+    bool proposed;
+    bool unfinished; /* it took too much work: what was not looked at is not called free */
+    uint64_t vertex_face, edge_edge, face_shape, within, undecided;
+    uint64_t left_out; /* of these, that are not told for want of room */
+    double safe_lo, safe_hi;
+    size_t count;         /* of features that are told: world_soft_feature */
+    const void *features; /* the world's own */
+    bool turned;
+} world_soft;
+/* Until the next call that changes the world; i < count. */
+world_feature world_soft_feature(const world_soft *of, size_t i);
+
 typedef struct world_batch { /* the events of one subscription in one tick; a snapshot is a batch of its own, behind
                                 them */
     uint32_t subscription;
@@ -264,6 +328,8 @@ typedef struct world_batch { /* the events of one subscription in one tick; a sn
     bool closing;  /* the subscription is gone */
     const world_event *events;
     size_t count;
+    const world_soft *soft; /* steps of soft bodies, so many: */
+    size_t soft_count;
     size_t undone; /* pairs of this subscription that the budget left with a wider interval than it asks, and all that
                       are left out: whose they would be is not looked at; and while some of its bodies are pending, all
                       that are */
@@ -436,6 +502,8 @@ typedef struct world_figures {
     size_t pending_bodies, pending_pairs;
     size_t parked_bodies; /* that wait for max_pairs */
     uint64_t slice_units, sliced_ticks;
+    size_t soft_bodies, soft_waiting;                     /* now; of them those with a step to do */
+    uint64_t soft_steps, frames_skipped, soft_unfinished; /* cumulative */
 } world_figures;
 world_figures world_get_figures(const world *w);
 

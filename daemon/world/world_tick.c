@@ -1,6 +1,7 @@
 /* world: its life, and the tick as the sequence of its phases. Tick thread. */
 #include "cascade.h"
 #include "match.h"
+#include "soft_state.h"
 #include "state.h"
 #include "subscription.h"
 
@@ -39,6 +40,7 @@ world *world_create(const world_options *options)
     match_init(&w->match);
     rules_init(&w->rules);
     impact_wait_init(w);
+    w->soft = base_zalloc(1, sizeof *w->soft);
     w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;
@@ -91,6 +93,10 @@ static void free_subscriptions(world *w)
 void world_destroy(world *w)
 {
     if (!w) return;
+    soft_results_free(w);
+    soft_jobs_free(w);
+    soft_bodies_free(w);
+    free(w->soft);
     for (unsigned i = 0; i < workers_count(w->workers); i++) free(w->scratch[i]);
     workers_destroy(w->workers);
     broad_destroy(w->broad);
@@ -197,6 +203,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
 
     /* what was commanded */
     subscription_settle_changes(w);
+    soft_go_on(w);
     body_settle_dirty(w);
     expiry_find(w);
 
@@ -207,6 +214,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     pair_collect_active(w);
 
     /* what they are to each other, were on their way, and will be */
+    soft_decide(w);
     cascade_decide(w);
     impact_decide(w);
 
@@ -219,6 +227,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     events_of_active(w);
     past_keep(w);
     events_held_back(w);
+    soft_tell(w);
     events_snapshots(w);
     slices_report(w);
     events_collect(w, out);
@@ -251,6 +260,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
+    if (soft_is_busy(w)) return true;
     if (w->snapping || w->lets_in || w->left.count || w->searching) return true;
     return w->changed || w->unfinished.count || w->due || w->olds || w->leaving.count || w->going ||
            match_is_unsettled(&w->match);

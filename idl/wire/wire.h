@@ -105,12 +105,18 @@ typedef struct wire_client {
     wire_u8s extensions;
 } wire_client;
 
-enum { WIRE_GEOMETRY_HULL = 1, WIRE_GEOMETRY_MESH = 2, WIRE_GEOMETRY_HEIGHT_FIELD = 3 };
+enum { WIRE_GEOMETRY_HULL = 1, WIRE_GEOMETRY_MESH = 2, WIRE_GEOMETRY_HEIGHT_FIELD = 3, WIRE_GEOMETRY_SOFT = 4 };
 
 /* The vertices of a height field are no points: the spacing of its columns (along x) and of its rows (along y), how far
  * its base lies below the lowest height, all above 0; then the heights row by row, the row with the least y first. Its
  * indices are the numbers of columns and of rows, at least 2 each. */
 enum { WIRE_FIELD_HEAD = 3 /* numbers before the heights */ };
+
+/* Before the vertices of a soft surface, at rest, stand: its ring, a whole number (features of one body within so many
+ * edges of each other are not looked at; 0: only those that share a vertex are not), its rest exclusion, m (nor are
+ * those of one body that are as near as this at rest; 0: no such rule), and 0. Its indices are three a triangle;
+ * (a, b, b) is an edge alone, as of hair and cables, and (a, a, a) a vertex alone. */
+enum { WIRE_SOFT_HEAD = 3 /* numbers before the vertices */, WIRE_SOFT_RING_MAX = 8 };
 
 /* Geometry: a hull, mesh or height field under the hash of its content (wire_geometry_hash), sent once, in one or more
  * pieces. It is whole when all numbers have come. */
@@ -184,8 +190,10 @@ enum {
     WIRE_SHAPE_HULL = 7,         /* 0 0 0; geometry */
     WIRE_SHAPE_MESH = 8,         /* 0 0 0; geometry */
     WIRE_SHAPE_HEIGHT_FIELD = 9, /* 0 0 0; geometry. Centred in x and y */
-    WIRE_SHAPE_COMPOUND = 10     /* n 0 0: the next n shapes are its children, at poses in its frame; no half-spaces,
+    WIRE_SHAPE_COMPOUND = 10,    /* n 0 0: the next n shapes are its children, at poses in its frame; no half-spaces,
                                     meshes, height fields or compounds */
+    WIRE_SHAPE_SOFT = 11         /* 0 0 0; geometry: a soft surface; radius: half its thickness. The only shape of its
+                                    body, at the identity; VertexBatch says where its vertices are (wire_soft.h) */
 };
 
 /* PoseBatch: new poses of many bodies of one client. */
@@ -205,7 +213,8 @@ typedef struct wire_pose_batch {
     wire_u8s extensions;
 } wire_pose_batch;
 
-/* VertexBatch: new vertices of a deformable body. */
+/* VertexBatch: new vertices of a soft body, or a part of them: those from first_vertex on, in the world. What it
+ * carries beyond that stands in wire_soft.h. */
 typedef struct wire_vertex_batch {
     int32_t version;
     int64_t client;
@@ -227,7 +236,9 @@ enum {
     WIRE_FACT_PREDICT = 16,
     WIRE_FACT_SCENE =
         32, /* alone: the bodies that match select_a, and their poses (WIRE_EXTENSION_SCENE, _BODY_POSES) */
-    WIRE_FACT_POSES = 64 /* with others: each event carries the poses that it is proven for (WIRE_EXTENSION_POSES) */
+    WIRE_FACT_POSES = 64, /* with others: each event carries the poses that it is proven for (WIRE_EXTENSION_POSES) */
+    WIRE_FACT_FEATURES = 128, /* of soft bodies (wire_soft.h): which features meet on the way of each step */
+    WIRE_FACT_SAFE_STEP = 256 /* and which share of the way is proven to be free */
 };
 
 /* Records in `extensions` that are given out: README.md tells their octets. */
@@ -238,7 +249,8 @@ enum {
     WIRE_EXTENSION_GEOMETRY = 4,   /* Answer: a piece of a geometry */
     WIRE_EXTENSION_CHECK = 5,      /* Query: a robot, and its configurations or motions (wire_robot.h) */
     WIRE_EXTENSION_CHECKED = 6,    /* Answer: what became of each of them */
-    WIRE_EXTENSION_LAST = WIRE_EXTENSION_CHECKED
+    WIRE_EXTENSION_SOFT = 7,       /* and 8 to 10: soft bodies (wire_soft.h) */
+    WIRE_EXTENSION_LAST = 10
 };
 
 /* Of a body in a scene, added up. */

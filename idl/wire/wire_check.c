@@ -108,7 +108,8 @@ static wire_reason check_vertex_batch(const wire_vertex_batch *m, wire_refusal *
     TRY(check_between("shape", m->shape, 0, WIRE_SHAPES_MAX - 1, why));
     TRY(check_between("first_vertex", m->first_vertex, 0, WIRE_GEOMETRY_MAX / 3, why));
     TRY(check_count("vertices", m->vertices.count, 3, m->vertices.count / 3, why));
-    return check_magnitudes("vertices", m->vertices, WIRE_SIZE_MAX, why);
+    TRY(check_magnitudes("vertices", m->vertices, WIRE_SIZE_MAX, why));
+    return check_soft_vertices(m, why);
 }
 
 static wire_reason check_horizon(const wire_subscription *m, wire_refusal *why)
@@ -139,7 +140,7 @@ static wire_reason check_accuracy(const wire_subscription *m, wire_refusal *why)
 static wire_reason check_subscription(const wire_subscription *m, wire_refusal *why)
 {
     int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT |
-                    WIRE_FACT_SCENE | WIRE_FACT_POSES;
+                    WIRE_FACT_SCENE | WIRE_FACT_POSES | WIRE_FACT_FEATURES | WIRE_FACT_SAFE_STEP;
     TRY(check_sender(m->client, m->sequence, why));
     TRY(check_between("subscription_id", m->subscription, 0, INT32_MAX, why));
     TRY(check_between("removed", m->removed, 0, 1, why));
@@ -157,7 +158,8 @@ static wire_reason check_subscription(const wire_subscription *m, wire_refusal *
     TRY(check_magnitudes("hysteresis_m", (wire_f64s){1, &m->hysteresis_m}, WIRE_SIZE_MAX, why));
     TRY(check_accuracy(m, why));
     TRY(check_horizon(m, why));
-    return check_at_least("rate_hz", m->rate_hz, 0, why);
+    TRY(check_at_least("rate_hz", m->rate_hz, 0, why));
+    return check_soft_interest(m->extensions, why);
 }
 
 static wire_reason check_direction(wire_f64s d, wire_refusal *why)

@@ -46,15 +46,21 @@ static wire_reason check_geometry_kind(const wire_geometry *m, wire_refusal *why
             FAIL(WIRE_MALFORMED,
                 "a height field has spacing x, y, base and 4 or more heights, and 2 indices: columns, rows");
         return WIRE_OK;
+    case WIRE_GEOMETRY_SOFT:
+        if (!triples || m->vertex_numbers < WIRE_SOFT_HEAD + 3 || m->index_numbers < 3)
+            FAIL(WIRE_MALFORMED,
+                "a soft surface has ring, rest exclusion, 0, three numbers a vertex and a triangle, and at least one");
+        return WIRE_OK;
     default:
-        FAIL(WIRE_MALFORMED, "kind is %u: 1 to 3 is allowed", m->kind);
+        FAIL(WIRE_MALFORMED, "kind is %u: 1 to 4 is allowed", m->kind);
     }
 }
 
 static wire_reason check_indices(const wire_geometry *m, wire_refusal *why)
 {
-    int32_t vertices = m->vertex_numbers / 3;
-    for (uint32_t i = 0; m->kind == WIRE_GEOMETRY_MESH && i < m->indices.count; i++)
+    bool soft = m->kind == WIRE_GEOMETRY_SOFT, indexed = soft || m->kind == WIRE_GEOMETRY_MESH;
+    int32_t vertices = m->vertex_numbers / 3 - (soft ? 1 : 0);
+    for (uint32_t i = 0; indexed && i < m->indices.count; i++)
         if (m->indices.at[i] < 0 || m->indices.at[i] >= vertices)
             FAIL(WIRE_MALFORMED, "indices[%u] is %d: 0 to %d is allowed", i, m->indices.at[i], vertices - 1);
     return WIRE_OK;
@@ -79,6 +85,20 @@ static wire_reason check_height_field(const wire_geometry *m, wire_refusal *why)
     return WIRE_OK;
 }
 
+static wire_reason check_soft_surface(const wire_geometry *m, wire_refusal *why)
+{
+    if (m->piece != 0) return WIRE_OK;
+    const double *head = m->vertices.at;
+    if (!(head[0] >= 0 && head[0] <= WIRE_SOFT_RING_MAX && head[0] == (int)head[0]))
+        FAIL(WIRE_BAD_SIZE, "vertices[0], the ring of a soft surface, is %g: a whole number from 0 to %d is allowed",
+            head[0], WIRE_SOFT_RING_MAX);
+    if (!(head[1] >= 0))
+        FAIL(WIRE_BAD_SIZE, "vertices[1], the rest exclusion of a soft surface, is %g m: at least 0 is allowed",
+            head[1]);
+    if (head[2] != 0) FAIL(WIRE_BAD_SIZE, "vertices[2] of a soft surface is %g: it must be 0", head[2]);
+    return WIRE_OK;
+}
+
 wire_reason check_geometry(const wire_geometry *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
@@ -92,6 +112,7 @@ wire_reason check_geometry(const wire_geometry *m, wire_refusal *why)
     TRY(check_magnitudes("vertices", m->vertices, WIRE_SIZE_MAX, why));
     TRY(check_indices(m, why));
     if (m->kind == WIRE_GEOMETRY_HEIGHT_FIELD) TRY(check_height_field(m, why));
+    if (m->kind == WIRE_GEOMETRY_SOFT) TRY(check_soft_surface(m, why));
     if (m->pieces == 1 && wire_geometry_hash(m->kind, m->vertices, m->indices) != m->hash)
         FAIL(WIRE_BAD_HASH, "the content does not have the hash %016" PRIx64, (uint64_t)m->hash);
     return WIRE_OK;
@@ -120,6 +141,7 @@ static const size_rule size_rules[] = {
     [WIRE_SHAPE_MESH] = {"mesh", .geometry = true},
     [WIRE_SHAPE_HEIGHT_FIELD] = {"height field", .geometry = true},
     [WIRE_SHAPE_COMPOUND] = {"compound", .used = {true, false, false}, .zero = true},
+    [WIRE_SHAPE_SOFT] = {"soft surface", .geometry = true},
 };
 
 static wire_reason check_shape_size(
@@ -170,11 +192,25 @@ static wire_reason check_children(const wire_body *m, uint32_t i, uint32_t *last
     return WIRE_OK;
 }
 
+/* Its vertices are in the world, each where it is. */
+static wire_reason check_soft(const wire_body *m, uint32_t i, wire_refusal *why)
+{
+    static const double IDENTITY[7] = {0, 0, 0, 1, 0, 0, 0};
+    if (m->shape_types.count != 1) FAIL(WIRE_MALFORMED, "shape_types[%u]: a soft surface is its body's only shape", i);
+    for (int k = 0; k < 7; k++)
+        if (m->shape_poses.at[k] != IDENTITY[k])
+            FAIL(WIRE_MALFORMED, "shape_poses[%d] is %g: a soft surface is at the identity", k, m->shape_poses.at[k]);
+    if (m->shape_deviations.count && m->shape_deviations.at[0] != 0)
+        FAIL(WIRE_UNSUPPORTED, "shape_deviations[0] is %g m: a soft surface has none", m->shape_deviations.at[0]);
+    if (m->ccd != WIRE_CCD_OFF) FAIL(WIRE_UNSUPPORTED, "ccd is %u: the way of a soft body is always swept", m->ccd);
+    return WIRE_OK;
+}
+
 static wire_reason check_shapes(const wire_body *m, wire_refusal *why)
 {
     uint32_t n = m->shape_types.count;
     if (n == 0) FAIL(WIRE_MALFORMED, "shape_types is empty: 1 to %d shapes are allowed", WIRE_SHAPES_MAX);
-    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_COMPOUND, why));
+    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_SOFT, why));
     TRY(check_count("shape_sizes", m->shape_sizes.count, 3, n, why));
     TRY(check_count("shape_radii", m->shape_radii.count, 1, n, why));
     TRY(check_optional("shape_deviations", m->shape_deviations.count, 1, n, why));
@@ -183,6 +219,8 @@ static wire_reason check_shapes(const wire_body *m, wire_refusal *why)
     for (uint32_t i = 0; i < n; i++) TRY(check_shape(m, i, why));
     for (uint32_t i = 0; i < n; i++)
         if (m->shape_types.at[i] == WIRE_SHAPE_COMPOUND) TRY(check_children(m, i, &i, why));
+    for (uint32_t i = 0; i < n; i++)
+        if (m->shape_types.at[i] == WIRE_SHAPE_SOFT) TRY(check_soft(m, i, why));
     return check_poses("shape_poses", m->shape_poses, why);
 }
 

@@ -38,4 +38,7 @@ wire_reason check_body(const wire_body *m, wire_refusal *why);               /* 
 wire_reason check_answer(const wire_answer *m, wire_refusal *why);           /* wire_check_events.c */
 wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why); /* wire_check_events.c */
 
+wire_reason check_soft_vertices(const wire_vertex_batch *m, wire_refusal *why); /* wire_soft.c */
+wire_reason check_soft_interest(wire_u8s extensions, wire_refusal *why);
+
 #endif

@@ -77,8 +77,8 @@ static void geometry_rules(void **state)
     REFUSED(WIRE_GEOMETRY, m.geometry.hash = 0, WIRE_BAD_HASH, "hash is 0");
     REFUSED(WIRE_GEOMETRY, m.geometry.hash++, WIRE_BAD_HASH, "does not have the hash");
     REFUSED(WIRE_GEOMETRY, plain.vertices[4] = 1e-300, WIRE_BAD_HASH, "does not have the hash");
-    REFUSED(WIRE_GEOMETRY, m.geometry.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 3");
-    REFUSED(WIRE_GEOMETRY, m.geometry.kind = 4, WIRE_MALFORMED, "kind is 4");
+    REFUSED(WIRE_GEOMETRY, m.geometry.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 4");
+    REFUSED(WIRE_GEOMETRY, m.geometry.kind = 5, WIRE_MALFORMED, "kind is 5");
     REFUSED(WIRE_GEOMETRY, m.geometry.removed = 2, WIRE_MALFORMED, "removed");
     ACCEPTED(WIRE_GEOMETRY, (m.geometry.removed = 1, m.geometry.kind = 0));
     REFUSED(WIRE_GEOMETRY, m.geometry.pieces = 2, WIRE_MALFORMED, "pieces is 2: 1 to 1");
@@ -171,7 +171,7 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, m.body.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns is -1");
     REFUSED(WIRE_BODY, m.body.pose.count = 6, WIRE_MALFORMED, "pose has 6");
     REFUSED(WIRE_BODY, m.body.shape_types.count = 0, WIRE_MALFORMED, "shape_types is empty");
-    REFUSED(WIRE_BODY, plain.types[1] = 11, WIRE_MALFORMED, "shape_types[1] is 11: 0 to 10");
+    REFUSED(WIRE_BODY, plain.types[1] = 12, WIRE_MALFORMED, "shape_types[1] is 12: 0 to 11");
     REFUSED(WIRE_BODY, m.body.shape_sizes.count = 3, WIRE_MALFORMED, "shape_sizes has 3");
     REFUSED(WIRE_BODY, m.body.shape_radii.count = 1, WIRE_MALFORMED, "shape_radii has 1");
     ACCEPTED(WIRE_BODY, m.body.shape_deviations.count = 0);
@@ -270,7 +270,7 @@ static void flat_shapes_have_their_sizes(void **state)
     SHAPE_BAD("of a mesh it must be 0", WIRE_SHAPE_MESH, 0, 0, 1, 0);
     SHAPE_OK(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0.1);
     SHAPE_BAD("of a height field it must be 0", WIRE_SHAPE_HEIGHT_FIELD, 1, 0, 0, 0);
-    REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0), plain.types[0] = WIRE_SHAPE_COMPOUND + 1),
+    REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0), plain.types[0] = WIRE_SHAPE_SOFT + 1),
         WIRE_MALFORMED, "shape_types[0]");
     REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HULL, 0, 0, 0, 0), plain.geometries[0] = 0), WIRE_MALFORMED,
         "shape_geometries[0]: a hull needs one");

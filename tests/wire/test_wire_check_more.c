@@ -61,8 +61,8 @@ static void subscription_rules(void **state)
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = WIRE_SIZE_MAX);
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = 1.1 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "hysteresis_m");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.hysteresis_m = -1e-9, WIRE_BAD_NUMBER, "hysteresis_m is -1e-09");
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 127");
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 128, WIRE_MALFORMED, "facts is 128");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 511");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 512, WIRE_MALFORMED, "facts is 512");
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.stream = "a.b_c-d:e/f9Z");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a*", WIRE_BAD_NAME, "letters, digits and . _ - : /");
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.stream = "a b", WIRE_BAD_NAME, "stream");
@@ -257,7 +257,7 @@ static void values_that_only_a_later_daemon_knows_are_no_fault(void **state)
     ACCEPTED(WIRE_STATUS, m.status.health = 4);
     ACCEPTED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT);
     ACCEPTED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT);
-    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 128, WIRE_MALFORMED, "facts is 128: 1 to 127");
+    REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = 512, WIRE_MALFORMED, "facts is 512: 1 to 511");
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_SCENE);
     ACCEPTED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_TOUCH | WIRE_FACT_POSES);
     REFUSED(WIRE_SUBSCRIPTION, m.subscription.facts = WIRE_FACT_SCENE | WIRE_FACT_TOUCH, WIRE_UNSUPPORTED,
