@@ -607,6 +607,7 @@ typedef struct collided_soft_steps {
  * again, and a snapshot has contacts, but no steps. */
 typedef void collided_soft_steps_told(void *context, const collided_soft_steps *steps);
 
+/* What is told of steps, and to whom. Zeros and a callback: counts, no single features. */
 typedef struct collided_soft_def {
     bool each_feature; /* with COLLIDED_FEATURES: each of them; false: how many there are */
     int32_t most;      /* of a pair, at most, the first ones; the others are counted (left_out). 0 = all: a frame may

@@ -95,7 +95,7 @@ void state_parts_free(state_parts *p, builds *b)
 {
     for (size_t i = 0; i < p->borrowed.count; i++) {
         if (b)
-            builds_free(b, p->borrowed.at[i].numbers, NULL, NULL);
+            builds_free(b, p->borrowed.at[i].numbers, NULL, NULL, NULL);
         else
             geometry_numbers_release(p->borrowed.at[i].numbers);
         free(p->borrowed.at[i].has);

@@ -1,6 +1,6 @@
-/* inputs: what Eva (Frama-C) is asked about: the kernel with any bits in all numbers and words, and pointers that are NULL or
- * lead to arrays of exactly so many elements as the counts say, or as their limits allow. 0 alarms: no run-time error,
- * no undefined behaviour, nothing read beyond. Frama-C alone compiles this. */
+/* inputs: what Eva (Frama-C) is asked about: the kernel with any bits in all numbers and words, and pointers that are
+ * NULL or lead to arrays of exactly so many elements as the counts say, or as their limits allow. 0 alarms: no run-time
+ * error, no undefined behaviour, nothing read beyond. Frama-C alone compiles this. */
 #include "../collided_check.h"
 #include "__fc_builtin.h"
 
@@ -32,8 +32,11 @@ static void any_core(collided_check_shape *s, int way)
     s->kind = way == 0 ? Frama_C_interval(-2147483647 - 1, 6) : way == 1 ? Frama_C_interval(8, 9) : 7;
     if (way == 1 && Frama_C_interval(0, 1)) s->kind = Frama_C_interval(11, 2147483647);
     s->points = way < 3 ? 0 : way == 3 ? one_point : way == 4 ? some_points : most_points;
-    s->point_count = way < 3 ? any_count_from(0) : way == 3 ? 1 : way == 4 ? SOME
-                   : way == 5 ? COLLIDED_CHECK_POINTS_MOST : any_count_from(COLLIDED_CHECK_POINTS_MOST + 1);
+    s->point_count = way < 3    ? any_count_from(0)
+                     : way == 3 ? 1
+                     : way == 4 ? SOME
+                     : way == 5 ? COLLIDED_CHECK_POINTS_MOST
+                                : any_count_from(COLLIDED_CHECK_POINTS_MOST + 1);
 }
 
 enum { WAYS = CORES + 4 };
