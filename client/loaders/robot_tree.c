@@ -1,6 +1,7 @@
 /* robot_tree: see robot_tree.h. Link 0 is the root, fixed to the base; the others follow in the URDF's order of joints,
  * each behind its parent. */
 #include "robot_tree.h"
+#include "rigid.h"
 
 #include <string.h>
 
@@ -53,7 +54,7 @@ bool robot_make_tree(const robot *r, collided_pose base, pool *p, robot_checked 
     int *place = pool_alloc(p, (size_t)u->joint_count + 1, sizeof *place);
     out->joints = pool_alloc(p, (size_t)u->joint_count + 1, sizeof *out->joints);
     out->coordinates = 0;
-    joints[0] = (collided_joint){.parent = -1, .origin = collided_pose_identity(), .body = body_of_link(r, u->root, p)};
+    joints[0] = (collided_joint){.parent = -1, .origin = rigid_identity(), .body = body_of_link(r, u->root, p)};
     for (int i = 0; i < u->joint_count; i++) place[u->order[i]] = i + 1;
     for (int i = 0; i < u->joint_count; i++) {
         collided_joint *j = &joints[i + 1];
