@@ -135,7 +135,7 @@ static const char *unfit_children(const collided_shape *s)
     if (s->type != COLLIDED_COMPOUND) return NULL;
     if (s->child_count == 0 || s->child_count >= WIRE_SHAPES_MAX || !s->children) return "children";
     for (size_t i = 0; i < s->child_count; i++)
-        if (!is_type(s->children[i].type) || s->children[i].type == COLLIDED_COMPOUND) return "children's type";
+        if (!is_type(s->children[i].type) || s->children[i].type >= COLLIDED_COMPOUND) return "children's type";
     return NULL;
 }
 
