@@ -77,7 +77,7 @@ static void what_is_no_compound_is_refused_before_it_is_sent(void **state)
     child = collided_compound(many, 1);
     is_refused(c, &whole, 1, "children's type");
     child = collided_sphere(1);
-    child.type = (collided_shape_type)(COLLIDED_COMPOUND + 1);
+    child.type = (collided_shape_type)(COLLIDED_SOFT + 1);
     is_refused(c, &whole, 1, "children's type");
     collided_shape unknown = child;
     is_refused(c, &unknown, 1, "shapes' type");
