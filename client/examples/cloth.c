@@ -91,11 +91,12 @@ static void on_events(void *context, const collided_batch *batch)
 
 static void make_cloth(cloth *x)
 {
+    const double HALF = 0.5 * (SIDE - 1);
     for (int r = 0, t = 0; r < SIDE; r++)
         for (int k = 0; k < SIDE; k++) {
             int v = r * SIDE + k;
             double *p = x->at + 3 * v;
-            p[0] = (k - SIDE / 2) * SPACING, p[1] = (r - SIDE / 2) * SPACING;
+            p[0] = (k - HALF) * SPACING, p[1] = (r - HALF) * SPACING;
             p[2] = BALL_HEIGHT + BALL_RADIUS + 0.1 + 1e-4 * ((v * 7919) % 13); /* not quite flat */
             if (r == SIDE - 1 || k == SIDE - 1) continue;
             /* cells are cut from (k + 1, r) to (k, r + 1) */
@@ -244,7 +245,7 @@ int main(int argc, char **argv)
 {
     static cloth x = {.pinned = true};
     const char *picture = getenv("CLOTH_PICTURE"), *most = getenv("CLOTH_STEPS"), *dump = getenv("CLOTH_FRAMES");
-    long steps = most ? atol(most) : 2000;
+    long steps = most ? strtol(most, NULL, 10) : 2000;
     example e = example_start(argc, argv);
     make_cloth(&x);
     if (!connect(&x, &e)) return EXIT_FAILURE;

@@ -1,8 +1,8 @@
 /* inputs: what Eva (Frama-C) is asked about: the kernel with any bits in all numbers and words, and pointers that are
  * NULL or lead to arrays of exactly so many elements as the counts say, or as their limits allow. 0 alarms: no run-time
  * error, no undefined behaviour, nothing read beyond. Frama-C alone compiles this. */
-#include "collided_check.h"
 #include "__fc_builtin.h"
+#include "collided_check.h"
 
 enum { CHILDREN = 3, SOME = 5, TIMES = 4, JOINTS = COLLIDED_CHECK_JOINTS_MOST };
 
