@@ -55,7 +55,6 @@ check_robot *check_robot_create(const robot_tree *tree, const check_shape *shape
 void check_robot_destroy(check_robot *r);
 /* m: no point of it is ever farther from the base's origin: what scene_create asks for, but for the margin. */
 double check_robot_reach(const check_robot *r);
-size_t check_robot_balls(const check_robot *r);
 
 typedef enum check_verdict { CHECK_FREE, CHECK_MEETS, CHECK_UNDECIDED, CHECK_NOT_DONE } check_verdict;
 

@@ -127,8 +127,3 @@ double check_robot_reach(const check_robot *r)
 {
     return r->reach;
 }
-
-size_t check_robot_balls(const check_robot *r)
-{
-    return r->x.count;
-}

@@ -141,10 +141,6 @@ size_t robot_tree_coordinates(const robot_tree *t)
 {
     return t->coordinates;
 }
-int32_t robot_tree_parent(const robot_tree *t, size_t link)
-{
-    return t->joints[link].given.parent;
-}
 size_t robot_tree_joint_of(const robot_tree *t, size_t coordinate)
 {
     return t->joint_of[coordinate];

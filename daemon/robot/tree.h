@@ -54,7 +54,6 @@ void robot_tree_destroy(robot_tree *t);
 
 size_t robot_tree_links(const robot_tree *t);
 size_t robot_tree_coordinates(const robot_tree *t);
-int32_t robot_tree_parent(const robot_tree *t, size_t link);
 /* The joint (link) whose value the coordinate is. */
 size_t robot_tree_joint_of(const robot_tree *t, size_t coordinate);
 /* Of a continuous joint -TURN_ANGLE_MAX and TURN_ANGLE_MAX. */
