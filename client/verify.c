@@ -79,6 +79,15 @@ static bool is_finite_point(const double v[3])
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
 }
 
+/* Is one of the points, or what lies midway, in both? Then the shapes overlap, whatever the axis says. */
+static bool points_overlap(const pair *p, vec a, vec b, vec n, real slack)
+{
+    vec midway = scale(0.5, add(a, b)), back = scale(-1, n);
+    real unused;
+    return placed_holds(&p->b, a, back, slack, &unused) || placed_holds(&p->a, b, n, slack, &unused) ||
+           (placed_holds(&p->a, midway, n, slack, &unused) && placed_holds(&p->b, midway, back, slack, &unused));
+}
+
 /* The points belong to the shapes and are near enough to each other, or deep enough in each other; and not nearer than
  * lo says, which a compound's axis need not prove. */
 static collided_status judge_points(const pair *p, const collided_certificate *claim, vec n)
@@ -93,7 +102,7 @@ static collided_status judge_points(const pair *p, const collided_certificate *c
     real apart = length(sub(b, a)), along = dot(n, sub(b, a)), deviation = deviation_a + deviation_b;
     if (claim->hi < 0 && deviation == 0)
         return along <= claim->hi + width(claim) + SHORT_OF_DEEPEST * p->reach + slack ? COLLIDED_OK : unproven(p);
-    real nearest = deviation > 0 && along < 0 ? 0 : apart;
+    real nearest = deviation > 0 && along < 0 && points_overlap(p, a, b, n, slack) ? 0 : apart;
     return nearest + deviation <= claim->hi + slack && apart >= claim->lo - slack ? COLLIDED_OK : COLLIDED_REJECTED;
 }
 

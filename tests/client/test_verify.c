@@ -391,6 +391,14 @@ static void deviations_widen_what_the_points_prove(void **state)
     assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &deep), COLLIDED_OK);
     deep.hi = -0.25; /* the model is so deep; the thing need not be */
     assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &deep), COLLIDED_REJECTED);
+    /* Apart, and an axis that is turned round: it must not make the points those of an overlap. */
+    const collided_pose here = collided_pose_identity(), there = {{3, 0, 0}, {1, 0, 0, 0}};
+    collided_shape ball = collided_sphere(0.5);
+    ball.deviation = 0.25;
+    collided_certificate turned = {.lo = -INFINITY, .hi = 0.5, .axis = {-1, 0, 0}, .point_a = {0.5}, .point_b = {2.5}};
+    assert_int_equal(collided_verify(&ball, &here, NULL, 0, &ball, &there, NULL, 0, &turned), COLLIDED_REJECTED);
+    turned.hi = 2.5;
+    assert_int_equal(collided_verify(&ball, &here, NULL, 0, &ball, &there, NULL, 0, &turned), COLLIDED_OK);
     a.deviation = -1;
     assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &apart), COLLIDED_BAD_ARGUMENT);
 }
