@@ -353,6 +353,10 @@ void answer_query(service *s, struct link *from, const wire_query *q)
     case WIRE_QUERY_DISTANCE:
         if (!two_bodies(&r, q, &a, &b)) return;
         world_query_distance(s->world, a, b, q->tolerance_m, s->now_ns, &hits);
+        if (hits.count == 0 && !hits.gave_up) {
+            fail_query(&r, WIRE_ANSWER_UNSUPPORTED, "distances of soft bodies are not told by this release");
+            return;
+        }
         break;
     case WIRE_QUERY_RAY:
         world_query_ray(

@@ -107,7 +107,8 @@ bool answer_checks(service *s, const wire_query *q, const world_check_patience *
             .tolerance_m = h->tolerance_m},
         .edges = h->flags & WIRE_CHECK_EDGES,
         .coordinates = asked->numbers,
-        .items = (size_t)h->item_count};
+        .items = (size_t)h->item_count,
+        .others_pending = s->pending.count};
     def.base.q = quat_unit(def.base.q);
     good = good && world_check(s->world, &def, patience, asked->items, text, text_size);
     if (good) write_answer(s, asked, out);

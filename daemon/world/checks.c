@@ -62,7 +62,7 @@ static const char *fault_text(check_fault fault)
         [CHECK_TOO_MANY_PAIRS] =
             "has more than 1024 pairs of links that are to keep apart: let a rule allow those that cannot meet",
         [CHECK_NO_SUCH_LINK] = "names a link that is not there",
-        [CHECK_ENDLESS_SHAPE] = "has a half-space as a link",
+        [CHECK_ENDLESS_SHAPE] = "has a half-space or a soft body as a link",
         [CHECK_TOO_LARGE] = "is larger than 1e6 m"};
     return texts[fault];
 }
@@ -85,6 +85,7 @@ static bool make_ready(world *w, const world_check_def *def, char *text, size_t 
     ARRAY(check_pair) pairs = {0};
     for (uint32_t i = 0; i < def->joint_count; i++) {
         const body *b = def->bodies[i] == WORLD_NONE ? NULL : &w->bodies.at[def->bodies[i]];
+        if (b && b->soft) fault = CHECK_ENDLESS_SHAPE;
         for (size_t k = 0; b && k < b->shape_count; k++) {
             const collider *s = &w->colliders.at[b->shapes[k]];
             array_push(&shapes, ((check_shape){i, &s->shape, s->local}));
@@ -93,7 +94,8 @@ static bool make_ready(world *w, const world_check_def *def, char *text, size_t 
         for (uint32_t k = i + 1; k < def->joint_count; k++)
             if (are_to_keep_apart(w, def->bodies[i], def->bodies[k])) array_push(&pairs, ((check_pair){i, k}));
     }
-    c->robot = check_robot_create(c->tree, shapes.at, shapes.count, pairs.at, pairs.count, &fault);
+    if (fault == CHECK_FINE)
+        c->robot = check_robot_create(c->tree, shapes.at, shapes.count, pairs.at, pairs.count, &fault);
     array_free(&shapes);
     array_free(&pairs);
     if (!c->robot) {
@@ -147,7 +149,7 @@ static bool add_obstacle(void *context, uint32_t proxy)
     checks_scene *s = context;
     const collider *c = &s->w->colliders.at[proxy];
     const body *b = &s->w->bodies.at[c->body];
-    if (b->ghost || is_link(s->def, c->body)) return true;
+    if (b->ghost || b->soft || is_link(s->def, c->body)) return true; /* find_unknown looks at soft ones */
     look_up_terms(s, c->body);
     if (s->all_ignore) return true;
     pose at, local;
@@ -170,7 +172,8 @@ static const char *find_unknown(world *w, const world_check_def *def, size_t *co
     checks_scene s = {.w = w, .def = def, .last = WORLD_NONE};
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
-        if (!b->used || b->ghost || !(b->stale || b->held) || b->shape_count == 0 || is_link(def, id)) continue;
+        if (!b->used || b->ghost || !(b->stale || b->held || b->soft) || b->shape_count == 0 || is_link(def, id))
+            continue;
         look_up_terms(&s, id);
         if (s.all_ignore) continue;
         ++*count;
@@ -249,10 +252,14 @@ bool world_check(world *w, const world_check_def *def, const world_check_patienc
     scene *ready = scene_create(s.defs.at, s.defs.count, reach);
     size_t unknown;
     const char *first = find_unknown(w, def, &unknown);
+    if (!first && def->others_pending > 0)
+        snprintf(text, text_size, "%zu bodies wait for their geometry and may be anywhere: nothing is free",
+            def->others_pending);
     if (first)
         snprintf(text, text_size,
-            "%zu bodies are stale or held and may be anywhere, \"%.127s\" among them: nothing is free", unknown, first);
-    run_items(def, patience, c, &s, ready, first != NULL, out);
+            "%zu bodies are stale, held or soft, and may be anywhere, \"%.127s\" among them: nothing is free", unknown,
+            first);
+    run_items(def, patience, c, &s, ready, first != NULL || def->others_pending > 0, out);
     scene_destroy(ready);
     array_free(&s.defs);
     array_free(&s.bodies);

@@ -2,8 +2,8 @@
  * left it. Nothing is moved, and no subscription hears of it. Tick thread, between ticks.
  *
  * What counts as an obstacle: each body that is no link of the robot and that the filters of a link's body let it meet,
- * as it stands. Rules, groups and masks count between links, too. Stale and held bodies may be anywhere: as long as
- * there is one that a link is to keep away from, nothing is free, and what is not found to meet is undecided. */
+ * as it stands. Rules, groups and masks count between links, too. Stale, held and soft bodies may be anywhere: as long
+ * as there is one that a link is to keep away from, nothing is free, and what is not found to meet is undecided. */
 #ifndef COLLIDED_WORLD_CHECKS_H
 #define COLLIDED_WORLD_CHECKS_H
 
@@ -19,6 +19,7 @@ typedef struct world_check_def {
     bool edges;                /* each item is two configurations, from one to the other; otherwise one */
     const double *coordinates; /* item by item */
     size_t items;
+    size_t others_pending; /* bodies that are not in the world yet, since their geometry is being built */
 } world_check_def;
 
 typedef struct world_check_item {
