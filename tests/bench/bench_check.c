@@ -323,7 +323,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < (int)fmax(1, o.seconds); i++) {
         random_scene(&a);
         tick(&a);
-        run_scene(&a, &states, &edges, i == 0 ? 100 : 0);
+        run_scene(&a, &states, &edges, i > 0 ? 0 : o.seconds < 1 ? 3 : 100);
         clear_scene(&a);
     }
     tell(&a, "random", &states, o.json);
