@@ -32,9 +32,9 @@ void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double r
     demand d = cascade_demand(w, p);
     narrow_result r;
     if (accuracy == WORLD_BY_BOXES) {
-        pair fresh = {.a = p->a, .b = p->b};
+        const pair fresh = {.a = p->a, .b = p->b};
         pose b_in_a = collider_relative(w, a, b);
-        bounds_find(w, &fresh, &b_in_a, d.limit, false, w->scratch[0], &r);
+        bounds_ask(w, &fresh, &b_in_a, d.limit, w->scratch[0], &r);
     } else {
         d.verdict_only = accuracy == WORLD_BY_VERDICT;
         d.request.tolerance = relative * pair_size(a, b);

@@ -141,9 +141,9 @@ static double pair_error(const world *w, const pair *p)
     return collider_relative_error(w, &w->colliders.at[p->a], &w->colliders.at[p->b]);
 }
 
-/* One that is beyond the limit stays there as long as the bounds stand. */
-void bounds_find(
-    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r)
+/* One that is beyond the limit stays there as long as the bounds stand. The slack that they are to be widened by. */
+static double measure_bounds(
+    const world *w, const pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r)
 {
     find_bounds(w, p, b_in_a, remembers, scratch, r);
     double moved = 2 * pair_error(w, p); /* now, and in the tick when they are found to stand still */
@@ -152,8 +152,20 @@ void bounds_find(
     double slack = (remembers ? SLACK_OF_BUDGET : SLACK) * pair_size(&w->colliders.at[p->a], &w->colliders.at[p->b]);
     if (remembers) slack = fmax(slack, SLACK_OF_GAP * r->lo);
     if (r->lo > limit) slack = fmin(slack, NEARLY * (r->lo - limit));
-    if (r->lo > limit && !(r->lo - slack > limit)) slack = 0;
-    stand(w, p, b_in_a, slack, r);
+    return r->lo > limit && !(r->lo - slack > limit) ? 0 : slack;
+}
+
+void bounds_find(
+    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r)
+{
+    stand(w, p, b_in_a, measure_bounds(w, p, b_in_a, limit, remembers, scratch, r), r);
+}
+
+void bounds_ask(const world *w, const pair *p, const pose *b_in_a, double limit, void *scratch, narrow_result *r)
+{
+    double slack = measure_bounds(w, p, b_in_a, limit, false, scratch, r);
+    r->lo -= slack;
+    r->hi += slack;
 }
 
 /* Balls about their origins, or their boxes. No points: how near they are is not known. */

@@ -33,6 +33,8 @@ void bounds_travel(const world *w, body *b);      /* a body has moved, or its sh
  */
 void bounds_find(
     const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
+/* The same for measurements: nothing is remembered, and the pair may be a copy. */
+void bounds_ask(const world *w, const pair *p, const pose *b_in_a, double limit, void *scratch, narrow_result *r);
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls and boxes */
 
 /* work.c */

@@ -17,7 +17,10 @@ WORK = sys.argv[2]  # promtool is unpacked there
 MONITORING = sys.argv[3]
 PORT = 9464
 FAMILIES = {"in_": "messages_in_total", "reject_": "messages_rejected_total", "pairs_by_": "pairs_settled_total",
-            "work_of_": "stream_work_units", "events_of_": "stream_events_total", "behind_of_": "stream_messages_behind", "client_name_": "client_info",
+            "work_of_": "stream_work_units", "events_of_": "stream_events_total", "behind_of_": "stream_messages_behind",
+            "contacts_of_": "stream_contacts", "unknown_of_": "stream_unknown_pairs", "nearest_nm_of_": "stream_nearest_nanometres",
+            "soonest_ns_of_": "stream_soonest_impact_seconds", "oldest_pose_ns_of_": "stream_oldest_pose_seconds",
+            "brief_cut_of_": "stream_brief_cut", "client_name_": "client_info",
             "lost_client_": "lost_client_bodies", "client_bodies_": "client_bodies",
             "client_silent_ns_": "client_silent_seconds", "client_pose_age_ns_": "client_pose_age_seconds",
             "client_poses_": "client_poses_total", "client_work_": "client_work_units",
