@@ -94,7 +94,7 @@ static void test_states(void **state)
         cell_end(&c);
     }
     printf("states: %zu free, %zu meet, %zu undecided\n", counts[0], counts[1], counts[2]);
-    assert_true(counts[0] > 100 && counts[1] > 100 && counts[2] * 1000 < counts[0] + counts[1]);
+    assert_true(counts[0] > 50 && counts[1] > 50 && counts[2] * 1000 < counts[0] + counts[1]);
 }
 
 static void along(const cell *c, const double *from, const double *to, double t, double *q)
@@ -156,7 +156,7 @@ static void test_edges(void **state)
     }
     printf("edges: %zu free, %zu meet, %zu undecided, %.1f configurations each\n", counts[0], counts[1], counts[2],
         (double)samples / (double)(counts[0] + counts[1] + counts[2]));
-    assert_true(counts[0] > 50 && counts[1] > 50);
+    assert_true(counts[0] > 10 && counts[1] > 10);
 }
 
 int main(void)
