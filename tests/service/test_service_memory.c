@@ -282,7 +282,7 @@ static void who_has_much_leaves_a_share_to_others(void **state)
     wire_message m = cell_await(r.end, r.memory, WIRE_STATUS);
     assert_int_equal(cell_counter(&m.status, "clients"), 3);
     int64_t resident = cell_counter(&m.status, "memory_resident_bytes"), limit = (int64_t)c.memory_limit * MIB;
-    if (resident >= limit / 100 * 85)
+    if (resident >= limit / 100 * 90)
         fail_msg("%lld of %lld bytes are resident", (long long)resident, (long long)limit);
     memory_disconnect(other);
     room_close(&r);
