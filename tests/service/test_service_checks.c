@@ -90,6 +90,8 @@ static void begin(checks *t)
 
 static void end(checks *t)
 {
+    memory_disconnect(t->arm);
+    memory_disconnect(t->planner);
     wire_memory_destroy(t->memory);
     assert_int_equal(cell_stop(t->cell), 0);
 }
@@ -198,6 +200,7 @@ static void test_held_is_undecided(void **state)
         verdict = t.items[0].verdict;
         if (verdict == WIRE_CHECK_FREE) nanosleep(&(struct timespec){0, 10000000}, NULL);
     }
+    memory_disconnect(other);
     assert_int_equal(verdict, WIRE_CHECK_UNDECIDED);
     assert_non_null(strstr(t.answer.answer.text, "wanderer"));
     end(&t);
