@@ -320,7 +320,8 @@ static void recordings_without_extensions_are_replayed(void **state)
     (void)state;
     said whole = run(COLLIDED " --replay " BEFORE "/session.lcmlog 2>&1");
     /* Whether the bits of its distances are today's, too, is not this test's business: they are better now. */
-    if (!strstr(whole.words, "replayed 22 ticks, 24 events, hash ")) fail_msg("status %d: %s", whole.status, whole.words);
+    if (!strstr(whole.words, "replayed 22 ticks, 24 events, hash "))
+        fail_msg("status %d: %s", whole.status, whole.words);
     said middle = run(COLLIDED " --replay " BEFORE "/middle.lcmlog 2>&1");
     if (middle.status != 0 || !strstr(middle.words, "The state that it begins with was left out"))
         fail_msg("status %d: %s", middle.status, middle.words);
