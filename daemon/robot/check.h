@@ -23,9 +23,12 @@
 #include "tree.h"
 
 enum {
-    CHECK_SHAPES_MAX = 1024, /* of a robot */
-    CHECK_PAIRS_MAX = 1024,  /* of links that are to keep away from each other */
-    CHECK_SAMPLES_MAX = 2048 /* configurations that one edge is proven by, at most */
+    CHECK_SHAPES_MAX = 1024,  /* of a robot */
+    CHECK_PAIRS_MAX = 1024,   /* of links that are to keep away from each other */
+    CHECK_SAMPLES_MAX = 1024, /* configurations that one edge is proven by, at most */
+    CHECK_EFFORT_MAX = 8000,  /* questions to the narrow phase about one edge, at most; beyond, it is undecided. One
+                                 about a mesh or a compound counts as CHECK_DEAR */
+    CHECK_DEAR = 100
 };
 
 typedef struct check_shape {

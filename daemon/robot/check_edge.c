@@ -48,6 +48,7 @@ typedef struct edge_work {
     check_result *result;
     const double *origin;
     double hit;       /* the earliest time at which something was found to meet; 2 = none */
+    uint32_t effort;  /* of CHECK_EFFORT_MAX */
     double undecided; /* the earliest start of a stretch that was given up; 2 = none */
 } edge_work;
 
@@ -201,7 +202,9 @@ static double deep_shapes(
     pose at_a = sample_pose(e, s, a), at_b = of_scene ? def->pose : sample_pose(e, s, b);
     double widen = of_scene ? def->widen_m : 0;
     narrow_result answer;
+    const shape *sa = r->shapes.at[a].shape, *sb = of_scene ? def->shape : r->shapes.at[b].shape;
     e->result->queries++;
+    e->effort += sa->type >= SHAPE_CONVEX_COUNT || sb->type >= SHAPE_CONVEX_COUNT ? CHECK_DEAR : 1;
     check_exact_distance(r->shapes.at[a].shape, at_a, of_scene ? def->shape : r->shapes.at[b].shape, at_b,
         DEEP_TOLERANCE_M, within + widen, check_key(a, of_scene ? obstacle : b, of_scene), e->scratch, &answer);
     note(e, s, answer.hi <= e->request->margin_m - slack - widen, a, b, obstacle);
@@ -412,7 +415,8 @@ static void split_pieces(edge_work *e)
         uint64_t *open = &e->open.at[i * e->words];
         double from = e->samples.at[piece.from].t;
         if (from >= e->hit) continue;
-        if (!is_worth_halving(e, &piece, open) || e->samples.count + kept + LANES >= CHECK_SAMPLES_MAX) {
+        if (!is_worth_halving(e, &piece, open) || e->samples.count + kept + LANES >= CHECK_SAMPLES_MAX ||
+            e->effort >= CHECK_EFFORT_MAX) {
             e->undecided = fmin(e->undecided, from);
             continue;
         }
@@ -481,6 +485,7 @@ static void begin_edge(edge_work *e, const double *from, const double *to)
     const check_robot *r = e->robot;
     e->origin = from;
     e->hit = e->undecided = 2;
+    e->effort = 0;
     for (size_t c = 0; c < robot_tree_coordinates(r->tree); c++) e->change[c] = to[c] - from[c];
     for (size_t i = 0; i < r->links.count; i++) {
         const check_link *l = &r->links.at[i];

@@ -1,6 +1,7 @@
 /* cover: see cover.h. */
 #include "cover.h"
 
+#include "geom/bounds.h"
 #include "geom/compound.h"
 #include "geom/hull.h"
 #include "geom/mesh.h"
@@ -18,7 +19,7 @@ typedef struct points {
  * of the best after n steps. */
 static cover_ball ball_around(const vec3 *p, size_t count)
 {
-    enum { STEPS = 64 };
+    enum { STEPS = 24 };
     vec3 lo = p[0], hi = p[0];
     for (size_t i = 1; i < count; i++) lo = vec_min(lo, p[i]), hi = vec_max(hi, p[i]);
     cover_ball best = {vec_scale(vec_add(lo, hi), 0.5), INFINITY};
@@ -181,8 +182,30 @@ static void cover_box(const shape *s, const transform *at, cover *out)
     }
 }
 
+/* Of what has very many edges, which the tick's thread has no time to go through: by the box around it. */
+static void cover_bounds(const shape *s, pose at, cover *out)
+{
+    shape core = *s;
+    core.radius = 0;
+    aabb b = shape_bounds(&core, POSE_IDENTITY);
+    vec3 middle = vec_scale(vec_add(b.lo, b.hi), 0.5), half = vec_scale(vec_sub(b.hi, b.lo), 0.5 * (1 + GROWTH));
+    shape box = {.type = SHAPE_BOX, .half = half, .radius = s->radius + GROWTH * vec_max_abs(middle)};
+    transform t = pose_transform(pose_mul(at, (pose){middle, {1, 0, 0, 0}}));
+    cover_box(&box, &t, out);
+}
+
+static bool has_many_edges(const shape *s)
+{
+    return (s->type == SHAPE_HULL && s->hull->edge_count > COVER_EDGES_MAX) ||
+           (s->type == SHAPE_MESH && s->mesh->triangle_count > COVER_EDGES_MAX);
+}
+
 bool cover_shape(const shape *s, pose at, cover *out)
 {
+    if (has_many_edges(s)) {
+        cover_bounds(s, at, out);
+        return true;
+    }
     transform t = pose_transform(at);
     switch (s->type) {
     case SHAPE_HALFSPACE:

@@ -10,7 +10,10 @@
 #include "base/array.h"
 #include "geom/shape.h"
 
-enum { COVER_SLABS_MAX = 8 }; /* balls of one convex shape or mesh */
+enum {
+    COVER_SLABS_MAX = 8,   /* balls of one convex shape or mesh */
+    COVER_EDGES_MAX = 1024 /* of a hull, or triangles of a mesh: of what has more, the box around it is covered */
+};
 
 typedef struct cover_ball {
     vec3 centre;
