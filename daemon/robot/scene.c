@@ -220,8 +220,9 @@ LANES_INLINE bool is_ignored(const uint64_t ignored[2], unsigned link)
     return ignored[link >> 6] >> (link & 63) & 1;
 }
 
-LANES_INLINE void clearance_any(const scene *s, unsigned link, const lanes c[3], lanes radius, lanes *clearance)
+LANES_INLINE void clearance_any(const scene *s, unsigned link, const lanes c[3], const lanes *balls, lanes *clearance)
 {
+    const lanes radius = *balls;
     lanes best = *clearance;
     for (size_t g = 0; g < s->group_count; g++) {
         const scene_group *group = &s->groups[g];
@@ -239,12 +240,12 @@ LANES_INLINE void clearance_any(const scene *s, unsigned link, const lanes c[3],
 /* Vectors go by their address: how they are passed otherwise differs between the two kinds of functions. */
 static void clearance_plain(const scene *s, unsigned link, const lanes c[3], const lanes *radius, lanes *clearance)
 {
-    clearance_any(s, link, c, *radius, clearance);
+    clearance_any(s, link, c, radius, clearance);
 }
 LANES_WHOLE static void clearance_wide(
     const scene *s, unsigned link, const lanes c[3], const lanes *radius, lanes *clearance)
 {
-    clearance_any(s, link, c, *radius, clearance);
+    clearance_any(s, link, c, radius, clearance);
 }
 
 void scene_clearance(const scene *s, unsigned link, const lanes centre[3], const lanes *radius, lanes *clearance)
