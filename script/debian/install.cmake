@@ -67,6 +67,10 @@ install(FILES ${prepared}/collidedConfig.cmake ${prepared}/collidedConfigVersion
 install(FILES ${PROJECT_SOURCE_DIR}/client/README.md DESTINATION ${doc}/libcollided-dev COMPONENT libcollided-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/idl/README.md DESTINATION ${doc}/libcollided-dev RENAME protocol.md
   COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/idl/collided.idl ${PROJECT_SOURCE_DIR}/idl/collided.lcm
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/idl COMPONENT libcollided-dev)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.py ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.mjs
+  DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
 
 # The examples that need nothing but the library; the arm's controller needs the loaders, which are internal.
 foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c cell_watcher.c impact_simulator.c
