@@ -1,4 +1,4 @@
-/* answers: what the narrow phase was asked in the last tick, told and asked again, for measurements. Tick thread. */
+/* answers: what the narrow phase was asked in the last tick, listed and asked again, for measurements. Tick thread. */
 #include "cascade.h"
 #include "state.h"
 

@@ -88,7 +88,7 @@ static uint32_t new_body(world *w)
 }
 
 /* Under another name it is another body: what was reported under the old one ends. So it is for a stale one that
- * changes its group: who was told that it is unknown may not hear of it any more. */
+ * changes its group: who got the report that it is unknown may not hear of it any more. */
 static bool is_another(const body *b, const world_body *def)
 {
     return strcmp(b->name, def->name) != 0 || (b->stale && strcmp(b->group, def->group ? def->group : "") != 0);
@@ -335,7 +335,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
 /* -1 = fixed or not stamped; a stamp of the future, from a host whose clock is ahead, counts as of now. */
 int64_t body_age_at(const body *b, int64_t now_ns)
 {
-    int64_t stamp_ns = b->dirty && b->moved ? b->before_ns : b->stamp_ns; /* of where it is told to be */
+    int64_t stamp_ns = b->dirty && b->moved ? b->before_ns : b->stamp_ns; /* of the pose that is reported */
     if (b->fixed || !stamp_ns) return -1;
     return now_ns > stamp_ns ? now_ns - stamp_ns : 0;
 }

@@ -7,7 +7,7 @@
 
 /* Of the pair's size: how far one may move before what was reported by bounds is looked at again. */
 static const double SLACK = 0.25, SLACK_OF_BUDGET = 0.05;
-static const double SLACK_OF_GAP = 0.25; /* of the lower bound: who is far away can be told less often */
+static const double SLACK_OF_GAP = 0.25; /* of the lower bound: a pair that is far apart can be reported less often */
 
 /* Of the way to the limit: how far a pair beyond it may go before it is looked at again. */
 static const double NEARLY = 0.875;

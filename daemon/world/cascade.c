@@ -142,7 +142,7 @@ static double far_enough(const collider *a, const collider *b, const demand *d)
     return d->limit + (d->request.tolerance + WIDEST_ANSWER * pair_size(a, b));
 }
 
-/* The same of a pair of which nobody has been told: kept until a subscription changes, or what its bodies' rules say.
+/* The same for a pair of which nothing has been reported: kept until a subscription or a rule of its bodies changes.
  */
 static double kept_far_enough(const world *w, pair *p)
 {
@@ -306,9 +306,9 @@ static double tolerance_within(double tolerance, double moved)
     return 4 * moved < tolerance ? tolerance - 2 * moved : tolerance;
 }
 
-/* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
- * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. The cache says
- * where to begin. */
+/* A pair of which nothing has been reported, and whose distance nobody asks for, needs only the verdict as long as it
+ * is apart. Whatever is reported has an interval as narrow as was asked; the verdict is decided alike in both. The
+ * cache says where to begin. */
 static uint32_t ask_at(const world *w, const pair *p, const pose *b_in_a, const demand *d, narrow_cache *cache,
     void *scratch, narrow_result *r)
 {
@@ -499,7 +499,7 @@ static size_t count_possible(const world *w, size_t from, uint64_t granted, uint
     return from;
 }
 
-/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove.
+/* Returns the units done, and *granted of them in all. Of the others, what balls prove is reported.
  */
 static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
 {

@@ -8,14 +8,14 @@
 /* cascade.c */
 typedef struct demand { /* what all subscriptions in a pair ask together */
     narrow_request request;
-    double limit;      /* m: beyond it nobody is told anything */
-    bool reported;     /* somebody has been told something of the pair */
+    double limit;      /* m: beyond it nothing is reported */
+    bool reported;     /* something of the pair has been reported */
     bool coarse;       /* bounds will do for all */
     bool touch;        /* somebody asks whether they touch ... */
     bool hysteresis;   /* ... and somebody of these with hysteresis */
     bool verdict_only; /* a verdict will, of one threshold */
 } demand;
-/* Of a pair of which somebody was told something, hysteresis is part of what is asked. */
+/* For a pair of which something has been reported, hysteresis is part of what is asked. */
 demand cascade_demand(const world *w, const pair *p);
 /* Stages 4 and on, from nothing: the number of narrow queries. */
 uint32_t cascade_ask(

@@ -1,4 +1,4 @@
-/* closing: what a subscription was told ends when it closes, or when its terms change. Tick thread.
+/* closing: what was reported to a subscription ends when it closes, or when its terms change. Tick thread.
  *
  * That may be a million contacts. So all of it is cut off at once, as a list of its own (what is on it is old), and
  * ended in slices: the newest first, those of a tick in the order of their ids. Nothing begins twice meanwhile: an old

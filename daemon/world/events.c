@@ -18,7 +18,7 @@ bool events_may_update(const world *w, const subscription *i)
     return !i->period_ns || w->now_ns >= i->next_update_ns;
 }
 
-/* An update that the rate holds back is told when it allows, though the pair may be back by then where it was. */
+/* A rate-limited update is sent at the next permitted time, even if the pair has returned to its old state. */
 static void update(world *w, uint32_t id, const world_event *now, uint8_t kind, int64_t contact, bool news)
 {
     watch *v = &w->watches.at[id];

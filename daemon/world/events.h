@@ -1,4 +1,4 @@
-/* events: how events are made and whom they are told, for the files that tell them. Tick thread. */
+/* events: how events are made and to whom they are reported, for the files that report them. Tick thread. */
 #ifndef COLLIDED_WORLD_EVENTS_H
 #define COLLIDED_WORLD_EVENTS_H
 
@@ -28,11 +28,11 @@ world_event events_of_body(const world *w, uint32_t body);
 /* What it says is as old as the poses are now. */
 void events_refresh_ages(const world *w, const watch *v, world_event *e);
 
-/* What the narrow phase found out about a pair, as the subscription is told it: in its order of A and B. */
+/* What the narrow phase found out about a pair, as it is reported to the subscription: in its order of A and B. */
 void events_fill(
     const world *w, const pair *p, const narrow_result *r, uint32_t subscription, int looks, world_event *e);
 
-/* What the interval is, beside what was asked; `limit`: the threshold or the range that it is told for. */
+/* What the interval is, beside what was asked; `limit`: the threshold or the range that it is reported for. */
 uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit);
 
 /* Is this pair A and B to the subscription the other way round? Where it may be both, A is the one that looks. */
@@ -42,14 +42,14 @@ void events_turn_round(world_event *e);
 /* Does the subscription's rate allow an update in this tick? */
 bool events_may_update(const world *w, const subscription *i);
 
-/* Watches: what one subscription was told of one pair. */
+/* Watches: what was reported of one pair to one subscription. */
 int64_t watch_id(const watch *v);                    /* of what was reported first; 0: nothing stands */
 world_event watch_last(const world *w, uint32_t id); /* what was last reported of that */
 void watch_reserve(world *w, size_t count);
 /* The last event of contact or nearness: kept, and as it was. */
 void watch_keep_contact(world *w, uint32_t id, const world_event *e);
 world_event watch_contact(const world *w, uint32_t id);
-/* Has that event been told, but for the ages? As news_same_facts. */
+/* Has that event been reported already, but for the ages? As news_same_facts. */
 bool watch_has_said(const world *w, uint32_t id, const world_event *e);
 void watch_fetch_last(const world *w, uint32_t id); /* asks for the memory of the last event of contact or nearness */
 void watch_keep_predicted(world *w, uint32_t id, const world_event *e);

@@ -1,4 +1,4 @@
-/* events_due: what is told without being news of this tick: updates that a rate held back; and the batches of a
+/* events_due: what is reported without being news of this tick: updates that a rate held back; and the batches of a
  * tick. Tick thread. */
 #include "events.h"
 #include "soft_state.h"

@@ -46,7 +46,7 @@ static void report_averted(world *w, uint32_t id)
     if (!watch_id(v)) watch_drop(w, id);
 }
 
-/* It is known again before anything else is told of it. What it touches or is near to has been decided in this tick. */
+/* It is known again before anything else of it is reported. What it touches or is near to was decided this tick. */
 static void make_known(world *w, const sweep *s, uint32_t id)
 {
     watch *v = &w->watches.at[id];

@@ -35,7 +35,7 @@ static void report_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t 
             events_emit_body(w, body_id, all.at[k], kind, cause);
 }
 
-typedef struct watched { /* pairs of a collider that somebody was told of, by their keys: ids of pairs follow from boxes
+typedef struct watched { /* reported pairs of a collider, by their keys: ids of pairs follow from boxes
                           */
     const world *w;
     uint32_t collider;

@@ -72,7 +72,7 @@ static void collect(world *w)
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         const body *a = &w->bodies.at[w->colliders.at[p->a].body], *b = &w->bodies.at[w->colliders.at[p->b].body];
-        if (a->soft || b->soft) continue; /* the ways of their steps are told (soft_results.c) */
+        if (a->soft || b->soft) continue; /* the motions of their steps are reported (soft_results.c) */
         if ((a->stale && !has_swept_motions(a)) || (b->stale && !has_swept_motions(b)))
             continue; /* too late is not too late for what was */
         if (a->impacts && b->impacts && wants_swept_motion(a, b)) add_swept_motions(w, (uint32_t)k, p, a, b);

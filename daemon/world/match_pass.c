@@ -5,7 +5,7 @@
  * those that come meanwhile wait for the next one. Until its pass has ended a subscription is unsettled: what it is
  * told is true, but not all, and it has no snapshot. A body that is put is held against all patterns at once; where
  * many have been tried since the last tick, it waits, is in no subscription's pairs until then, and all subscriptions
- * are told that something is undone. */
+ * get a report that something is undone. */
 #include "match.h"
 #include "subscription.h"
 

@@ -396,7 +396,7 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 
 /* ---- the active list ---- */
 
-/* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is reported again.
+/* Units, as work.c has them, from what is known before it is decided: one that was reported is reported again.
  */
 enum { A_LOOK = 150, A_WATCH = 1500 };
 

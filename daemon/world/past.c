@@ -182,7 +182,7 @@ static uint64_t decided_of(const world *w, const body *b)
     return since_then ? later(b->gathered_tick, b->past_since) : w->figures.ticks;
 }
 
-/* False: it stays on the list until somebody can be told. */
+/* False: it stays on the list until it can be reported. */
 static bool forget(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];

@@ -439,7 +439,7 @@ static bool is_whole(const world *w, uint32_t a, uint32_t b)
 }
 
 /* Where searches have been put off, or not all bodies have been looked at for a subscription, the boxes do not say what
- * the pairs are: all of them are told. */
+ * the pairs are: all of them are reported. */
 typedef struct left_out {
     const world *w;
     uint32_t collider;

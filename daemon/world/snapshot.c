@@ -1,4 +1,4 @@
-/* snapshot: everything that a subscription has been told and that stands, reported again, as of the tick in which it
+/* snapshot: everything that was reported to a subscription and still holds, reported again, as of the tick in which it
  * begins. Tick thread.
  *
  * A large one is reported in portions, so many events a tick, while the world goes on. What is to change meanwhile and
@@ -46,7 +46,7 @@ void snapshot_take(world *w, uint32_t watch_no)
     if (v->unknown) add_image(w, id, as_reported, EVENT_UNKNOWN, watch_id(v));
 }
 
-/* By contacts; what is unknown is told behind all that is. */
+/* By contacts; what is unknown is reported after all else. */
 static int compare_images(const void *a, const void *b)
 {
     const world_event *x = a, *y = b;

@@ -16,7 +16,7 @@ enum {
     UNITS_AT_LEAST = 100000,
     REFIT_A_VERTEX = 12 /* units, with all that goes by vertices when a step begins */
 };
-static const uint64_t JOB_UNITS_MOST = 100000000;    /* a second: beyond, what is left is told as unfinished */
+static const uint64_t JOB_UNITS_MOST = 100000000;    /* a second: beyond, what is left is reported as unfinished */
 static const size_t CONTACTS_MOST = (size_t)1 << 22; /* kept of a step, 24 bytes each; others are counted */
 
 double soft_separation(const subscription *i, double padding)
@@ -435,7 +435,7 @@ static void end_job(world *w, soft_job *j)
         if (p->next.at)
             soft_arrive(w, p);
         else
-            body_mark_dirty(w, p->body, false); /* its pairs are told what was found */
+            body_mark_dirty(w, p->body, false); /* what was found is reported to its pairs */
     }
     w->figures.soft_steps++;
     if (j->proposed) soft_rigid_proposal(w, j->places.at[0], &j->proposal);

@@ -2,7 +2,7 @@
  * those that are done. For the soft_*.c of this folder, and for who asks them. Tick thread.
  *
  * A soft body has two colliders at the same place, the surface and its shadow: the pair of the two is the body's pair
- * with itself, so that it is found, watched, told and ended like every other; the shadow is in no other pair, and
+ * with itself, so that it is found, watched, reported and ended like every other; the shadow is in no other pair, and
  * nobody outside of the world hears of it. */
 #ifndef COLLIDED_WORLD_SOFT_STATE_H
 #define COLLIDED_WORLD_SOFT_STATE_H
@@ -39,7 +39,7 @@ typedef struct soft_place { /* of one body */
 
 typedef struct soft_result { /* of one pair in one step, for one separation; canonical order is that of these fields */
     uint64_t tick;           /* in which it was found: kept until its pair is decided, if that is put off; ... */
-    bool is_told;            /* ... to who asks for steps it is told once */
+    bool is_told;            /* ... to subscriptions that ask for steps it is reported once */
     uint64_t key;            /* of the two colliders, in the pair's order */
     uint32_t a, b;           /* them */
     double separation;       /* m, beyond the half thicknesses */

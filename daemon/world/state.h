@@ -139,7 +139,7 @@ typedef struct body {
     uint32_t swept_left;            /* ... that have swept motions among them */
     uint32_t asked_left;            /* pairs of it whose searches wait that its own owner asks for */
     uint64_t searcher;              /* its owner, when the first of those began to */
-    uint64_t past_reported;         /* the tick up to which it was told that some may have been dropped */
+    uint64_t past_reported;         /* the tick up to which it was reported that some may have been dropped */
     uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
     uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that collider */
     bool pass_left;                 /* it has left a pair to another body */
@@ -212,13 +212,13 @@ typedef struct last_points { /* of the manifold of a last_contact */
     manifold_point at[MANIFOLD_POINTS_MAX];
 } last_points;
 
-typedef struct standing { /* bounds that were told, widened by a slack: they hold while B moves by at most that */
+typedef struct standing { /* reported bounds, widened by a slack: they hold while B moves by at most that */
     pose b_in_a;          /* relative to A, since here */
-    double slack, lo;     /* m; lo: as told */
+    double slack, lo;     /* m; lo: as reported */
     double travelled;     /* m, of both bodies then */
     uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
     bool floor;           /* by balls about them: bounds are still to be found */
-    bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
+    bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody asks for */
 } standing;
 
 /* What is kept of pairs that are bounded or searched: beside them, under the same id, and memory only where there are
@@ -279,9 +279,9 @@ typedef struct subscription {
     double threshold, range, hysteresis, tolerance, relative_tolerance, horizon;
     world_accuracy accuracy;
     uint32_t soft_most;      /* features of a pair; 0: all */
-    bool soft_each;          /* it is told of features, one by one */
+    bool soft_each;          /* features are reported to it one by one */
     uint64_t work;           /* units of the cascade, since it was put */
-    size_t undone, reported; /* pairs that the budget left in this tick, and in the last one that was told of */
+    size_t undone, reported; /* pairs that the budget left in this tick, and in the last one that was reported */
     int64_t period_ns, next_update_ns;
     uint64_t owner;
     bool in_step;
@@ -290,7 +290,7 @@ typedef struct subscription {
     uint8_t settling;      /* the pass that looks at all bodies for it is the next one, or under way */
     bool lively, listed;   /* among world.lively, among world.unsettled */
     bool used, closing, snapshot, changed;
-    bool all; /* in this tick, updates without news are told, too */
+    bool all; /* in this tick, updates without news are reported, too */
     uint8_t closing_cause;
     bool images_begin, images_reported; /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
     bool snapping;                      /* one is under way: see snapshot.c; ... */
@@ -339,7 +339,7 @@ typedef struct sweep { /* a search for a time of impact: one pair, one subscript
     bool predicts;
     bool again; /* asks what the one before it asks */
     bool estimated;
-    bool began;  /* in contact: that has been told */
+    bool began;  /* in contact: that has been reported */
     bool sought; /* free_axis was, anew */
     vec3 free_axis;
     int64_t start_ns;
@@ -438,7 +438,7 @@ struct world {
     ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
     uint64_t stale_units;               /* that it takes to tell so */
-    ARRAY(uint64_t) unknown_due;        /* keys of the pairs of which that is still to be told */
+    ARRAY(uint64_t) unknown_due;        /* keys of the pairs of which that is still to be reported */
     ARRAY(uint32_t) fresh_now;          /* and those that are known again */
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
@@ -690,7 +690,7 @@ static inline bool pair_is_pending(const world *w, const pair *p)
 /* slices.c */
 void slices_begin(world *w);                                /* a tick: how far the broad phase may go */
 void slices_take(world *w, uint64_t spent);                 /* puts the pairs of this tick on the active list */
-void slices_concern_body(world *w, uint32_t body);          /* what is undone of it is told */
+void slices_concern_body(world *w, uint32_t body);          /* what is undone of it is reported */
 void slices_forget(world *w, uint32_t body);                /* it is gone */
 bool slices_concern(const world *w, uint32_t subscription); /* is one of its bodies due? */
 static inline bool slices_is_dear(const collider *s)
@@ -698,13 +698,13 @@ static inline bool slices_is_dear(const collider *s)
     return s->overlapping >= 10000; /* units: a hundredth of a millisecond */
 }
 void slices_report(world *w);      /* after the tick: what is pending */
-void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
+void pair_end_unwatched(world *w); /* of those that linger, what is reported to nobody any more */
 /* Brings active_pairs, and their keys in w->active, into the order of these. Where the ids of two colliders and
  * of the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_colliders, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t collider_a, uint32_t collider_b);
 
-/* Has anybody been told how it stands? Then it is decided in full. */
+/* Has its state been reported? Then it is decided in full. */
 static inline bool pair_is_reported(const pair *p)
 {
     return p->is_reported;

@@ -1,7 +1,7 @@
 /* subscription: who wants to know what, from the command that puts it to the batch that closes it. Which bodies and
  * pairs it is about is found by match.c. Tick thread.
  *
- * A tick costs nothing for a subscription that has nothing to be told: what concerns one puts it on the list of the
+ * A tick costs nothing for a subscription with nothing to report: what concerns one puts it on the list of the
  * lively, and only that is walked. */
 #include "subscription.h"
 #include "base/sort.h"
@@ -42,7 +42,7 @@ void subscription_sort_lively(world *w)
     sort_keys(w->lively.at, w->sort_scratch.at, w->lively.count);
 }
 
-/* The last tick has been told; those of which nothing is due any more are lively no longer. */
+/* The last tick has been reported; subscriptions with nothing due are no longer lively. */
 static void rest_lively(world *w)
 {
     size_t kept = 0;
@@ -344,7 +344,7 @@ void subscription_restored(world *w)
         i->lively = i->listed = false;
         if (!i->used) continue;
         count_one(&w->asking, i, 1);
-        i->snapshot |= i->snapping; /* whoever waits for it is told from the beginning */
+        i->snapshot |= i->snapping; /* a subscription that waits for it gets it from the beginning */
         i->snapping = false;
         subscription_wake(w, id);
         w->olds += i->olds;

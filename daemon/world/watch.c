@@ -1,5 +1,5 @@
-/* watch: what one subscription was told of one pair, from the first event to the end. Whatever ends it, each id that
- * stands has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
+/* watch: what was reported of one pair to one subscription, from the first event to the end. Whatever ends it, each id
+ * that stands has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
 #include "events.h"
 #include "subscription.h"
 

@@ -186,7 +186,7 @@ world_status world_remove_subscription(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
 /* The oldest stamp of the poses that what is reported of it now rests on; 0: none is stamped. Walks all of it. */
 int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
-/* What an operator watches of a subscription: what it was told last, and stands. */
+/* What an operator watches of a subscription: what was last reported to it and still holds. */
 typedef struct world_brief {
     size_t contacts, unknown; /* pairs that touch; pairs of which nothing can be said */
     double nearest;           /* m: the least lower bound of those that touch or are near; INFINITY: there are none */
@@ -309,9 +309,9 @@ typedef struct world_soft { /* what a step of a pair came to, for one subscripti
     bool proposed;
     bool unfinished; /* it took too much work: what was not looked at is not called free */
     uint64_t vertex_face, edge_edge, face_shape, within, undecided;
-    uint64_t left_out; /* of these, that are not told for want of room */
+    uint64_t left_out; /* of these, that are not reported for lack of memory */
     double safe_lo, safe_hi;
-    size_t count;         /* of features that are told: world_soft_feature */
+    size_t count;         /* of features that are reported: world_soft_feature */
     const void *features; /* the world's own */
     bool turned;
 } world_soft;
@@ -360,8 +360,8 @@ void world_set_budget(world *w, world_grant *grant, void *context);
  * What is pending is unknown: what was reported of such a pair before stands, and world_batch.undone counts it for each
  * subscription that it may concern. So it is with pairs whose searches (WORLD_IMPACT, WORLD_PREDICT) have been put off:
  * a swept motion is searched later as it was, a predicted one from the newest poses on. With a slice, one search of
- * meshes or compounds takes some 9 ms at most: what is not decided by then is told as WORLD_WIDE. The same commands and
- * slices give the same events; where no tick is cut, those of a world without. */
+ * meshes or compounds takes some 9 ms at most: what is not decided by then is reported as WORLD_WIDE. The same commands
+ * and slices give the same events; where no tick is cut, those of a world without. */
 void world_set_slice(world *w, uint64_t units);
 /* Did the slice make a difference in the last tick? If not, any larger one gives the same events. */
 bool world_was_sliced(const world *w);
@@ -440,7 +440,7 @@ void world_query_sweep(const world *w, uint32_t body, vec3 linear, vec3 angular,
     int64_t now_ns, world_hits *out);
 /* The `most` nearest bodies within `range` (may be INFINITY) of a box, or of a body, by rising lower bound; touching
  * ones are below 0. Bounds are certified within `tolerance`, so that two nearer to each other than it may change
- * places. Here as in all searches, of equal ones the body whose name comes first is told: no answer depends on ids.
+ * places. Here as in all searches, of equal ones the body whose name comes first is reported: no answer depends on ids.
  */
 void world_query_nearest(
     const world *w, pose at, vec3 half, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
@@ -516,7 +516,7 @@ uint64_t world_subscription_work(const world *w, uint32_t id);
 typedef struct world_answer {
     shape_type type_a, type_b;
     double size;   /* m: the sum of their reaches; what accuracies are relative to */
-    double limit;  /* m: beyond it nobody is told anything */
+    double limit;  /* m: beyond it nothing is reported */
     double lo, hi; /* as it was answered */
 } world_answer;
 
