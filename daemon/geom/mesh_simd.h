@@ -16,50 +16,50 @@ typedef four_singles mesh_lanes; /* + - * / lane by lane */
 
 #include <emmintrin.h>
 
-LANES_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
+LANES_INLINE mesh_lanes floats_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
 {
     return _mm_max_ps(a, b);
 }
-LANES_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b) /* a < b ? a : b */
+LANES_INLINE mesh_lanes floats_min(mesh_lanes a, mesh_lanes b) /* a < b ? a : b */
 {
     return _mm_min_ps(a, b);
 }
-LANES_INLINE mesh_lanes lanes_abs(mesh_lanes a)
+LANES_INLINE mesh_lanes floats_abs(mesh_lanes a)
 {
     return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
 }
-LANES_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
+LANES_INLINE mesh_lanes floats_sqrt(mesh_lanes a)
 {
     return _mm_sqrt_ps(a);
 }
-LANES_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
+LANES_INLINE unsigned floats_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpngt_ps(a, b));
 }
 
 #else
 
-LANES_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
+LANES_INLINE mesh_lanes floats_max(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] > b[i] ? a[i] : b[i];
     return a;
 }
-LANES_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b)
+LANES_INLINE mesh_lanes floats_min(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] < b[i] ? a[i] : b[i];
     return a;
 }
-LANES_INLINE mesh_lanes lanes_abs(mesh_lanes a)
+LANES_INLINE mesh_lanes floats_abs(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = fabsf(a[i]);
     return a;
 }
-LANES_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
+LANES_INLINE mesh_lanes floats_sqrt(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = sqrtf(a[i]);
     return a;
 }
-LANES_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
+LANES_INLINE unsigned floats_not_above(mesh_lanes a, mesh_lanes b)
 {
     unsigned bits = 0;
     for (int i = 0; i < MESH_WIDTH; i++) bits |= (unsigned)!(a[i] > b[i]) << i;
@@ -68,18 +68,18 @@ LANES_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
 
 #endif
 
-LANES_INLINE mesh_lanes lanes_of(float x)
+LANES_INLINE mesh_lanes floats_of(float x)
 {
     return (mesh_lanes){x, x, x, x};
 }
-LANES_INLINE mesh_lanes lanes_load(const float *p)
+LANES_INLINE mesh_lanes floats_load(const float *p)
 {
     mesh_lanes v;
     memcpy(&v, p, sizeof v);
     return v;
 }
 /* Rows to columns. */
-LANES_INLINE void lanes_turn(mesh_lanes v[MESH_WIDTH])
+LANES_INLINE void floats_turn(mesh_lanes v[MESH_WIDTH])
 {
     mesh_lanes a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5), b = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
     mesh_lanes c = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7), d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
@@ -88,11 +88,11 @@ LANES_INLINE void lanes_turn(mesh_lanes v[MESH_WIDTH])
     v[2] = __builtin_shufflevector(c, d, 0, 1, 4, 5);
     v[3] = __builtin_shufflevector(c, d, 2, 3, 6, 7);
 }
-LANES_INLINE mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
+LANES_INLINE mesh_lanes floats_dot(const mesh_lanes u[3], const float v[3])
 {
-    return u[0] * lanes_of(v[0]) + u[1] * lanes_of(v[1]) + u[2] * lanes_of(v[2]);
+    return u[0] * floats_of(v[0]) + u[1] * floats_of(v[1]) + u[2] * floats_of(v[2]);
 }
-LANES_INLINE mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
+LANES_INLINE mesh_lanes floats_dots(const mesh_lanes u[3], const mesh_lanes v[3])
 {
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
 }
@@ -114,60 +114,60 @@ typedef struct mesh_other {
 /* Half of what each box measures along u. */
 LANES_INLINE mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
 {
-    mesh_lanes along[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
+    mesh_lanes along[3] = {floats_of(0), floats_of(0), floats_of(0)};
     for (int k = 0; k < 3; k++) {
-        along[0] += u[k] * lanes_load(n->side[0][k]);
-        along[1] += u[k] * lanes_load(n->side[1][k]);
-        along[2] += u[k] * lanes_load(n->normal[k]);
+        along[0] += u[k] * floats_load(n->side[0][k]);
+        along[1] += u[k] * floats_load(n->side[1][k]);
+        along[2] += u[k] * floats_load(n->normal[k]);
     }
-    return lanes_abs(along[0]) + lanes_abs(along[1]) + lanes_abs(along[2]) * lanes_load(n->half);
+    return floats_abs(along[0]) + floats_abs(along[1]) + floats_abs(along[2]) * floats_load(n->half);
 }
 
 LANES_INLINE mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
 {
-    return lanes_abs(lanes_dot(u, o->side[0])) + lanes_abs(lanes_dot(u, o->side[1])) +
-           lanes_abs(lanes_dot(u, o->side[2]));
+    return floats_abs(floats_dot(u, o->side[0])) + floats_abs(floats_dot(u, o->side[1])) +
+           floats_abs(floats_dot(u, o->side[2]));
 }
 
-LANES_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
+LANES_INLINE void floats_spread(const float v[3], mesh_lanes out[3])
 {
-    for (int k = 0; k < 3; k++) out[k] = lanes_of(v[k]);
+    for (int k = 0; k < 3; k++) out[k] = floats_of(v[k]);
 }
 
 /* The least heights of the patches along a direction (about unit). */
 LANES_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float direction[3])
 {
     const mesh_patch_point *p = &m->patch_points[n->first_point];
-    mesh_lanes axis[3], low = lanes_of(INFINITY), next = low;
+    mesh_lanes axis[3], low = floats_of(INFINITY), next = low;
     uint32_t k = 0;
-    lanes_spread(direction, axis);
+    floats_spread(direction, axis);
     for (; k + 2 <= n->points; k += 2, p += 2) { /* two at a time: each least waits for the one before it */
-        mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
-        mesh_lanes and[3] = {lanes_load(p[1].at[0]), lanes_load(p[1].at[1]), lanes_load(p[1].at[2])};
-        low = lanes_min(lanes_dots(at, axis), low);
-        next = lanes_min(lanes_dots(and, axis), next);
+        mesh_lanes at[3] = {floats_load(p->at[0]), floats_load(p->at[1]), floats_load(p->at[2])};
+        mesh_lanes and[3] = {floats_load(p[1].at[0]), floats_load(p[1].at[1]), floats_load(p[1].at[2])};
+        low = floats_min(floats_dots(at, axis), low);
+        next = floats_min(floats_dots(and, axis), next);
     }
-    low = lanes_min(low, next);
+    low = floats_min(low, next);
     if (k < n->points) {
-        mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
-        low = lanes_min(lanes_dots(at, axis), low);
+        mesh_lanes at[3] = {floats_load(p->at[0]), floats_load(p->at[1]), floats_load(p->at[2])};
+        low = floats_min(floats_dots(at, axis), low);
     }
-    return low - lanes_load(n->excess);
+    return low - floats_load(n->excess);
 }
 
 /* From a box that is no patch to the boxes around the others along its sides: what is beyond it along each of three
  * orthogonal directions is so far away together. */
 LANES_INLINE mesh_lanes mesh_beyond(const mesh_node *n, const mesh_other *o, const mesh_lanes away[3])
 {
-    mesh_lanes sum = lanes_of(0);
+    mesh_lanes sum = floats_of(0);
     for (int k = 0; k < 3; k++) {
         mesh_lanes axis[3];
-        lanes_spread(o->square[k], axis);
-        mesh_lanes gap = lanes_abs(lanes_dots(away, axis)) - mesh_halves(n, axis) - lanes_of(o->halves[k]);
-        gap = lanes_max(gap, lanes_of(0));
+        floats_spread(o->square[k], axis);
+        mesh_lanes gap = floats_abs(floats_dots(away, axis)) - mesh_halves(n, axis) - floats_of(o->halves[k]);
+        gap = floats_max(gap, floats_of(0));
         sum += gap * gap;
     }
-    return lanes_sqrt(sum);
+    return floats_sqrt(sum);
 }
 
 /* A box around a patch of another mesh, as the nodes of this one see it: the part of mesh_other that walks down two
@@ -181,27 +181,29 @@ typedef struct mesh_patch_box {
 LANES_INLINE unsigned mesh_patch_bounds(
     const mesh_node *n, const mesh_patch_box *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
-    mesh_lanes own[3], away[3], normal[3], slack = lanes_of(o->slack), half = lanes_of(o->half);
+    mesh_lanes own[3], away[3], normal[3], slack = floats_of(o->slack), half = floats_of(o->half);
     for (int k = 0; k < 3; k++) {
-        own[k] = lanes_load(n->normal[k]);
-        away[k] = lanes_load(n->centre[k]) - lanes_of(o->centre[k]);
+        own[k] = floats_load(n->normal[k]);
+        away[k] = floats_load(n->centre[k]) - floats_of(o->centre[k]);
     }
-    lanes_spread(o->normal, normal);
-    mesh_lanes up = lanes_abs(lanes_dots(away, normal)), along = lanes_abs(lanes_dots(own, normal));
-    mesh_lanes side_0[3] = {lanes_load(n->side[0][0]), lanes_load(n->side[0][1]), lanes_load(n->side[0][2])};
-    mesh_lanes side_1[3] = {lanes_load(n->side[1][0]), lanes_load(n->side[1][1]), lanes_load(n->side[1][2])};
-    mesh_lanes own_half = lanes_load(n->half), own_up = lanes_abs(lanes_dots(away, own));
-    mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
-    mesh_lanes halves = lanes_abs(lanes_dots(away, side_0)) + lanes_abs(lanes_dots(away, side_1)) + own_up * own_half;
-    halves += lanes_abs(lanes_dot(away, o->side[0])) + lanes_abs(lanes_dot(away, o->side[1])) + up * half;
-    bound = lanes_max(bound, length - halves / length);
-    near &= lanes_not_above(bound - slack, lanes_of(limit));
+    floats_spread(o->normal, normal);
+    mesh_lanes up = floats_abs(floats_dots(away, normal)), along = floats_abs(floats_dots(own, normal));
+    mesh_lanes side_0[3] = {floats_load(n->side[0][0]), floats_load(n->side[0][1]), floats_load(n->side[0][2])};
+    mesh_lanes side_1[3] = {floats_load(n->side[1][0]), floats_load(n->side[1][1]), floats_load(n->side[1][2])};
+    mesh_lanes own_half = floats_load(n->half), own_up = floats_abs(floats_dots(away, own));
+    mesh_lanes length = floats_sqrt(floats_max(floats_dots(away, away), floats_of(0x1p-100f)));
+    mesh_lanes halves =
+        floats_abs(floats_dots(away, side_0)) + floats_abs(floats_dots(away, side_1)) + own_up * own_half;
+    halves += floats_abs(floats_dot(away, o->side[0])) + floats_abs(floats_dot(away, o->side[1])) + up * half;
+    bound = floats_max(bound, length - halves / length);
+    near &= floats_not_above(bound - slack, floats_of(limit));
     if (!near) return 0;
-    mesh_lanes mine = lanes_abs(lanes_dot(own, o->side[0])) + lanes_abs(lanes_dot(own, o->side[1])) + along * half;
-    mesh_lanes its = lanes_abs(lanes_dots(side_0, normal)) + lanes_abs(lanes_dots(side_1, normal)) + along * own_half;
-    bound = lanes_max(bound, lanes_max(own_up - own_half - mine, up - its - half)) - slack;
+    mesh_lanes mine = floats_abs(floats_dot(own, o->side[0])) + floats_abs(floats_dot(own, o->side[1])) + along * half;
+    mesh_lanes its =
+        floats_abs(floats_dots(side_0, normal)) + floats_abs(floats_dots(side_1, normal)) + along * own_half;
+    bound = floats_max(bound, floats_max(own_up - own_half - mine, up - its - half)) - slack;
     memcpy(out, &bound, sizeof bound);
-    return near & lanes_not_above(bound, lanes_of(limit));
+    return near & floats_not_above(bound, floats_of(limit));
 }
 
 /* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along these
@@ -210,30 +212,30 @@ LANES_INLINE unsigned mesh_patch_bounds(
 LANES_INLINE unsigned mesh_bounds_from(
     const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
-    mesh_lanes own[3], away[3], slack = lanes_of(o->slack);
+    mesh_lanes own[3], away[3], slack = floats_of(o->slack);
     for (int k = 0; k < 3; k++) {
-        own[k] = lanes_load(n->normal[k]);
-        away[k] = lanes_load(n->centre[k]) - lanes_of(o->centre[k]);
+        own[k] = floats_load(n->normal[k]);
+        away[k] = floats_load(n->centre[k]) - floats_of(o->centre[k]);
     }
-    mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
+    mesh_lanes length = floats_sqrt(floats_max(floats_dots(away, away), floats_of(0x1p-100f)));
     mesh_lanes between = length - (mesh_halves(n, away) + other_halves(o, away)) / length;
-    bound = lanes_max(bound, between);
-    near &= lanes_not_above(bound - slack, lanes_of(limit));
+    bound = floats_max(bound, between);
+    near &= floats_not_above(bound - slack, floats_of(limit));
     if (!near) return 0;
-    mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - lanes_load(n->half) - other_halves(o, own);
-    bound = lanes_max(bound, mine);
+    mesh_lanes mine = floats_abs(floats_dots(away, own)) - floats_load(n->half) - other_halves(o, own);
+    bound = floats_max(bound, mine);
     if (o->flat) {
         mesh_lanes normal[3];
-        lanes_spread(o->normal, normal);
-        mesh_lanes its = lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - lanes_of(o->half);
-        bound = lanes_max(bound, its);
+        floats_spread(o->normal, normal);
+        mesh_lanes its = floats_abs(floats_dots(away, normal)) - mesh_halves(n, normal) - floats_of(o->half);
+        bound = floats_max(bound, its);
     } else {
-        if (!(near & lanes_not_above(bound - slack, lanes_of(limit)))) return 0;
-        bound = lanes_max(bound, mesh_beyond(n, o, away));
+        if (!(near & floats_not_above(bound - slack, floats_of(limit)))) return 0;
+        bound = floats_max(bound, mesh_beyond(n, o, away));
     }
     bound -= slack;
     memcpy(out, &bound, sizeof bound);
-    return near & lanes_not_above(bound, lanes_of(limit));
+    return near & floats_not_above(bound, floats_of(limit));
 }
 
 /* Lower bounds of the distances between the boxes and the other, along the given axis and those directions. Bit k of
@@ -241,11 +243,11 @@ LANES_INLINE unsigned mesh_bounds_from(
 LANES_INLINE unsigned mesh_bounds(
     const mesh *m, const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
 {
-    mesh_lanes bound = lanes_of(-INFINITY);
+    mesh_lanes bound = floats_of(-INFINITY);
     unsigned near = (1u << n->used) - 1;
     if (o->aimed) {
-        bound = mesh_lows(m, n, o->axis) - lanes_of(o->level);
-        near &= lanes_not_above(bound - lanes_of(o->slack), lanes_of(limit));
+        bound = mesh_lows(m, n, o->axis) - floats_of(o->level);
+        near &= floats_not_above(bound - floats_of(o->slack), floats_of(limit));
         if (!near) return 0;
     }
     return mesh_bounds_from(n, o, bound, near, limit, out);

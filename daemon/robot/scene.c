@@ -167,22 +167,9 @@ void scene_destroy(scene *s)
     free(s);
 }
 
-LANES_INLINE lanes lanes_pick(lane_mask m, lanes yes, lanes no)
-{
-    return (lanes)((m & (lane_mask)yes) | (~m & (lane_mask)no));
-}
-LANES_INLINE lanes lanes_sqrt(lanes a)
-{
-    for (int k = 0; k < LANES; k++) a[k] = sqrt(a[k]);
-    return a;
-}
-LANES_INLINE lanes lanes_abs(lanes a)
-{
-    return (lanes)((lane_mask)a & INT64_MAX);
-}
 LANES_INLINE lanes lanes_above_zero(lanes a)
 {
-    return lanes_pick(a > 0, a, (lanes){0});
+    return lanes_choose(a > 0, a, lanes_of(0));
 }
 LANES_INLINE bool lanes_any(lane_mask m)
 {
@@ -231,7 +218,7 @@ LANES_INLINE void clearance_any(const scene *s, unsigned link, const lanes c[3],
             const scene_obstacle *o = &s->obstacles[i];
             if (is_passed_by(o->centre, o->bound, c, radius, best) || is_ignored(o->ignored, link)) continue;
             lanes gap = distance_to(o, c) - o->radius - radius;
-            best = lanes_pick(gap < best, gap, best);
+            best = lanes_choose(gap < best, gap, best);
         }
     }
     *clearance = best;

@@ -7,7 +7,7 @@
 #include "simd.h"
 #include "state.h"
 
-#include "narrow/math/simd.h"
+#include "geom/simd.h"
 
 #include <stdlib.h>
 

@@ -11,7 +11,7 @@
  * lose. */
 #include "state.h"
 
-#include "narrow/math/simd.h"
+#include "geom/simd.h"
 
 #define SIFT_BOUND 0x1p-49
 #define SIFT_UNDERFLOW 0x1p-800

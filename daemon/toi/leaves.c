@@ -1,6 +1,6 @@
 /* Heights of two leaves' triangles along directions, at both ends of pieces of the motion. Pure; any thread. */
+#include "geom/simd.h"
 #include "narrow/math/scalar.h"
-#include "narrow/math/simd.h"
 #include "sweep.h"
 
 typedef struct leaf { /* a triangle a lane; the last one again where there are fewer */
@@ -142,15 +142,7 @@ LANES_INLINE unsigned free_pairs(const leaves *l, const piece *p, unsigned open,
     return free;
 }
 
-static void begin_narrow(const sweep *s, leaves *l, const sweep_place *p)
-{
-    look_at_beginning(s, l, p);
-}
-
-LANES_WHOLE static void begin_wide(const sweep *s, leaves *l, const sweep_place *p)
-{
-    look_at_beginning(s, l, p);
-}
+LANES_TWINS(LANES_WHOLE, void, begin, look_at_beginning, (const sweep *s, leaves *l, const sweep_place *p), (s, l, p));
 
 LANES_TWINS(LANES_WHOLE, unsigned, free, free_pairs, (const leaves *l, const piece *p, unsigned open, uint32_t *tried),
     (l, p, open, tried));
@@ -329,7 +321,7 @@ static void find_entries(sweep *s, leaves *l, double from, double until, double 
     while (open && time < s->ends && sweep_time(s, time) <= until) {
         uint32_t first = (uint32_t)time, length = s->whole, tried = 0;
         sweep_place at = *sweep_place_at(s, first);
-        (lanes_wide() ? begin_wide : begin_narrow)(s, l, &at);
+        LANES_CHOSEN(begin)(s, l, &at);
         tried += l->count;
         unsigned close;
         double typical = typical_gap(s, l, &at, open, &close), now = max_of(sweep_time(s, time), from);

@@ -1,9 +1,9 @@
 /* polytope_depth by itself, beside epa_depth and in each width of its registers. That depths are true is asked of
  * narrow_query by test_narrow_polytopes, in 113 bits; here it is which machine answers, and that the two agree. */
 #include "cases.h"
+#include "geom/simd.h"
 #include "narrow/convex/epa.h"
 #include "narrow/convex/polytope_depth.h"
-#include "narrow/math/simd.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -10,7 +10,7 @@
 #define COLLIDED_NARROW_CONVEX_BOX_FACING_H
 
 #include "features.h"
-#include "narrow/math/simd.h"
+#include "geom/simd.h"
 
 /* Two boxes by their half sides, from A's centre to B's, and B's axes and, by them, A's. */
 typedef struct box_lanes {

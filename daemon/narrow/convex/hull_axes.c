@@ -2,8 +2,8 @@
 #include "features.h"
 #include "geom/hull_map.h"
 #include "geom/hull_scan.h"
+#include "geom/simd.h"
 #include "narrow/math/scalar.h"
-#include "narrow/math/simd.h"
 #include "polytopes.h"
 
 enum { VERTICES_MAX = HULL_MAP_VERTICES_MAX, FACES_MAX = HULL_MAP_FACES_MAX, SINGLES = HULL_MAP_LANES };

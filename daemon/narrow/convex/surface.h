@@ -5,9 +5,9 @@
 #ifndef COLLIDED_NARROW_CONVEX_SURFACE_H
 #define COLLIDED_NARROW_CONVEX_SURFACE_H
 
+#include "geom/simd.h"
 #include "gjk.h"
 #include "narrow/math/scalar.h"
-#include "narrow/math/simd.h"
 
 #include <string.h>
 

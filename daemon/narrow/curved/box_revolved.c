@@ -19,8 +19,8 @@
  *
  * A great circle, quadrant by quadrant: of B's apex h is a cosine about a fixed point, which is positive and so least
  * at an end; of a rim, see revolved.h. */
+#include "geom/simd.h"
 #include "narrow/convex/gjk.h"
-#include "narrow/math/simd.h"
 #include "revolved.h"
 
 static const double OUTSIDE = 1e-9; /* by which a direction may be outside of an octant and still counts there */
@@ -99,17 +99,13 @@ LANES_INLINE void try_octants(search *x, double sign_z)
     }
 }
 
-LANES_WIDE static void try_circle_wide(search *x)
+LANES_INLINE void try_all_octants(search *x)
 {
     try_octants(x, 1);
     try_octants(x, -1);
 }
 
-static void try_circle_narrow(search *x)
-{
-    try_octants(x, 1);
-    try_octants(x, -1);
-}
+LANES_TWINS(LANES_WIDE, void, try_circle, try_all_octants, (search *const x), (x));
 
 /* ---- great circles ---- */
 
@@ -231,9 +227,9 @@ LANES_INLINE unsigned open_quadrants(search *x, int i)
 
 LANES_TWINS(LANES_WIDE, unsigned, open_quadrants, open_quadrants, (search *const x, int i), (x, i));
 
-static bool close_circle(search *x, bool wide, int i)
+static bool close_circle(search *x, int i)
 {
-    unsigned open = wide ? open_quadrants_wide(x, i) : open_quadrants_narrow(x, i);
+    unsigned open = LANES_CHOSEN(open_quadrants)(x, i);
     for (int k = 0; open; k++, open >>= 1)
         if (open & 1 && !close_quadrant(x, i, k & 1 ? -1 : 1, k & 2 ? -1 : 1)) return false;
     return true;
@@ -241,16 +237,13 @@ static bool close_circle(search *x, bool wide, int i)
 
 /* ---- all of it ---- */
 
-static bool box_revolved_find_depth(search *x, bool wide)
+static bool box_revolved_find_depth(search *x)
 {
     if (!box_revolved_try_faces(x)) return false;
-    if (wide)
-        try_circle_wide(x);
-    else
-        try_circle_narrow(x);
+    LANES_CHOSEN(try_circle)(x);
     if (!arc_is_deep(&x->found)) return false;
     for (int i = 0; i < 3; i++)
-        if (!close_circle(x, wide, i)) return false;
+        if (!close_circle(x, i)) return false;
     return arc_is_deep(&x->found);
 }
 
@@ -273,8 +266,7 @@ bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out
     search x = {&c, arc_search_of(p, goal)};
     minkowski top;
     out->axis = VEC_ZERO;
-    if (!(c.kink >= 0) || !box_revolved_find_depth(&x, lanes_wide()) ||
-        !arc_search_report(&x.found, p, goal, &top, out))
+    if (!(c.kink >= 0) || !box_revolved_find_depth(&x) || !arc_search_report(&x.found, p, goal, &top, out))
         return false;
     if (!witness_facing(p, &top, out) && goal->near == -INFINITY) witness_deepest(p, out);
     return true;

@@ -2,7 +2,7 @@
  * any thread. */
 #include "mesh_row.h"
 
-#include "narrow/math/simd.h"
+#include "geom/simd.h"
 
 LANES_INLINE lanes greater_by_mask(lanes x, lanes y)
 {

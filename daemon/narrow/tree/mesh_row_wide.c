@@ -12,7 +12,7 @@
 #pragma GCC target("avx2")
 #endif
 
-#include "narrow/math/simd.h"
+#include "geom/simd.h"
 
 LANES_INLINE lanes pick_by_permutation(const double v[LANES], uint32_t which)
 {

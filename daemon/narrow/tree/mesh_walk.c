@@ -48,30 +48,30 @@ LANES_INLINE const mesh_stand *stand_of_a(mesh_walk *w, uint32_t node)
     s->node = node;
     s->aims = w->aims;
     stand_keep(s->level,
-        lanes_of(w->origin_level) - lanes_of(w->into_b.ratio) * mesh_lows(w->ma, &w->ma->nodes[node], w->axis_in_a));
+        floats_of(w->origin_level) - floats_of(w->into_b.ratio) * mesh_lows(w->ma, &w->ma->nodes[node], w->axis_in_a));
     return s;
 }
 
 /* A coordinate of four centres, in doubles: there terms may cancel. */
 LANES_INLINE mesh_lanes faces_centre(const mesh_node *n, double x, double y, double z, double t)
 {
-    lanes cx = __builtin_convertvector(lanes_load(n->centre[0]), lanes);
-    lanes cy = __builtin_convertvector(lanes_load(n->centre[1]), lanes);
-    lanes cz = __builtin_convertvector(lanes_load(n->centre[2]), lanes);
+    lanes cx = __builtin_convertvector(floats_load(n->centre[0]), lanes);
+    lanes cy = __builtin_convertvector(floats_load(n->centre[1]), lanes);
+    lanes cz = __builtin_convertvector(floats_load(n->centre[2]), lanes);
     return __builtin_convertvector(cx * x + cy * y + cz * z + t, mesh_lanes);
 }
 
 /* Four vectors turned, to[k] the k-th, as a row. Returns the sums of their coordinates' absolute values. */
 LANES_INLINE mesh_lanes faces_turned(const mesh_turn *t, float ratio, const float v[3][MESH_WIDTH], mesh_lanes to[4])
 {
-    const mesh_lanes in[3] = {lanes_load(v[0]), lanes_load(v[1]), lanes_load(v[2])};
+    const mesh_lanes in[3] = {floats_load(v[0]), floats_load(v[1]), floats_load(v[2])};
     for (int i = 0; i < 3; i++) {
         const float row[3] = {t->column[0][i], t->column[1][i], t->column[2][i]};
-        to[i] = lanes_dot(in, row) * lanes_of(ratio);
+        to[i] = floats_dot(in, row) * floats_of(ratio);
     }
-    to[3] = lanes_of(0);
-    mesh_lanes sum = lanes_abs(to[0]) + lanes_abs(to[1]) + lanes_abs(to[2]);
-    lanes_turn(to);
+    to[3] = floats_of(0);
+    mesh_lanes sum = floats_abs(to[0]) + floats_abs(to[1]) + floats_abs(to[2]);
+    floats_turn(to);
     return sum;
 }
 
@@ -80,14 +80,14 @@ LANES_INLINE void faces_set(const mesh_turn *t, const mesh_node *n, mesh_faces *
 {
     mesh_lanes centre[4] = {faces_centre(n, t->r.x.x, t->r.y.x, t->r.z.x, t->t.x),
         faces_centre(n, t->r.x.y, t->r.y.y, t->r.z.y, t->t.y), faces_centre(n, t->r.x.z, t->r.y.z, t->r.z.z, t->t.z)};
-    mesh_lanes side_0[4], side_1[4], normal[4], half = lanes_of(t->ratio) * lanes_load(n->half);
-    mesh_lanes reach = lanes_abs(centre[0]) + lanes_abs(centre[1]) + lanes_abs(centre[2]);
-    centre[3] = lanes_of(0);
-    lanes_turn(centre);
+    mesh_lanes side_0[4], side_1[4], normal[4], half = floats_of(t->ratio) * floats_load(n->half);
+    mesh_lanes reach = floats_abs(centre[0]) + floats_abs(centre[1]) + floats_abs(centre[2]);
+    centre[3] = floats_of(0);
+    floats_turn(centre);
     reach += faces_turned(t, t->ratio, n->side[0], side_0);
     reach += faces_turned(t, t->ratio, n->side[1], side_1);
     reach += faces_turned(t, 1, n->normal, normal) * half;
-    mesh_lanes slack = lanes_of(FLOAT_SLACK) * (reach + lanes_of(4));
+    mesh_lanes slack = floats_of(FLOAT_SLACK) * (reach + floats_of(4));
     for (uint32_t k = 0; k < MESH_WIDTH; k++) {
         mesh_patch_box *o = &f->box[k];
         stand_keep(o->centre, centre[k]);
@@ -111,8 +111,8 @@ LANES_INLINE const mesh_patch_box *faces_of_a(mesh_walk *w, uint32_t node)
 
 LANES_INLINE mesh_lanes mesh_walk_turned(const mesh_turn *t, float x, float y, float z)
 {
-    return lanes_of(x) * lanes_load(t->column[0]) + lanes_of(y) * lanes_load(t->column[1]) +
-           lanes_of(z) * lanes_load(t->column[2]);
+    return floats_of(x) * floats_load(t->column[0]) + floats_of(y) * floats_load(t->column[1]) +
+           floats_of(z) * floats_load(t->column[2]);
 }
 
 LANES_INLINE float floats_sum3(mesh_lanes v)
@@ -122,9 +122,9 @@ LANES_INLINE float floats_sum3(mesh_lanes v)
 
 LANES_INLINE float top_along(const mesh_other *o)
 {
-    mesh_lanes axis = lanes_load(o->axis);
-    return floats_sum3(axis * lanes_load(o->centre)) + fabsf(floats_sum3(axis * lanes_load(o->side[0]))) +
-           fabsf(floats_sum3(axis * lanes_load(o->side[1]))) + fabsf(floats_sum3(axis * lanes_load(o->side[2])));
+    mesh_lanes axis = floats_load(o->axis);
+    return floats_sum3(axis * floats_load(o->centre)) + fabsf(floats_sum3(axis * floats_load(o->side[0]))) +
+           fabsf(floats_sum3(axis * floats_load(o->side[1]))) + fabsf(floats_sum3(axis * floats_load(o->side[2])));
 }
 
 LANES_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
@@ -137,19 +137,19 @@ LANES_INLINE void face(
     const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed, mesh_other *o)
 {
     vec3 centre = vec_add(t->t, mat_mul(t->r, vec(n->centre[0][c], n->centre[1][c], n->centre[2][c])));
-    mesh_lanes ratio = lanes_of(t->ratio),
+    mesh_lanes ratio = floats_of(t->ratio),
                normal = mesh_walk_turned(t, n->normal[0][c], n->normal[1][c], n->normal[2][c]);
     mesh_lanes side_0 = ratio * mesh_walk_turned(t, n->side[0][0][c], n->side[0][1][c], n->side[0][2][c]);
     mesh_lanes side_1 = ratio * mesh_walk_turned(t, n->side[1][0][c], n->side[1][1][c], n->side[1][2][c]);
     o->half = t->ratio * n->half[c];
-    mesh_lanes side_2 = normal * lanes_of(o->half);
+    mesh_lanes side_2 = normal * floats_of(o->half);
     put3(o->centre, centre);
     keep_side(o, 0, side_0);
     keep_side(o, 1, side_1);
     keep_side(o, 2, side_2);
     memcpy(o->normal, &normal, sizeof normal);
     double reach =
-        vec_sum_magnitudes(centre) + (double)floats_sum3(lanes_abs(side_0) + lanes_abs(side_1) + lanes_abs(side_2));
+        vec_sum_magnitudes(centre) + (double)floats_sum3(floats_abs(side_0) + floats_abs(side_1) + floats_abs(side_2));
     o->flat = true;
     o->far = !(reach < FLOAT_FAR);
     o->slack = (float)(FLOAT_SLACK * (4 + reach));
@@ -277,7 +277,7 @@ LANES_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t 
     for (uint32_t k = 0; k < na->used; k++) {
         mesh_other o;
         face(&w->into_b, na, k, w->axis_in_b, false, &o);
-        unsigned near = mesh_bounds_from(nb, &o, lanes_of(-INFINITY), all_of(nb), limit, bounds);
+        unsigned near = mesh_bounds_from(nb, &o, floats_of(-INFINITY), all_of(nb), limit, bounds);
         for (uint32_t i = 0; near; i++, near >>= 1) {
             double bound = (double)bounds[i] * w->size_b - w->part.error;
             if (near & 1 && !(bound > w->within))
@@ -295,12 +295,12 @@ LANES_INLINE uint32_t expand_known(
     const mesh_patch_box *faces = NULL;
     const mesh_node *nb = &w->mb->nodes[node_b];
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
-    mesh_lanes feet = lanes_load(b->level) - lanes_of(w->open_slack);
+    mesh_lanes feet = floats_load(b->level) - floats_of(w->open_slack);
     uint32_t count = 0;
     for (; rows; rows &= rows - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(rows);
-        mesh_lanes along = feet - lanes_of(a->level[k]);
-        unsigned near = lanes_not_above(along, lanes_of(limit)) & columns;
+        mesh_lanes along = feet - floats_of(a->level[k]);
+        unsigned near = floats_not_above(along, floats_of(limit)) & columns;
         if (!near) continue;
         if (!faces) faces = faces_of_a(w, node_a);
         near = mesh_patch_bounds(nb, &faces[k], along, near, limit, bounds);
@@ -547,18 +547,13 @@ LANES_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit 
     }
 }
 
-LANES_WIDE static void walk_nearest_wide(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
-{
-    walk_nearest(w, from, visit, context);
-}
+LANES_TWINS(LANES_WIDE, void, nearest_first, walk_nearest,
+    (mesh_walk *const w, const mesh_front *from, mesh_visit *visit, void *context), (w, from, visit, context));
 
 void mesh_walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
     w->unseen = INFINITY;
-    if (lanes_wide())
-        walk_nearest_wide(w, from, visit, context);
-    else
-        walk_nearest(w, from, visit, context);
+    LANES_CHOSEN(nearest_first)(w, from, visit, context);
 }
 
 /* ---- how long a walk can be ---- */
