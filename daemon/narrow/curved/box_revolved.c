@@ -227,9 +227,9 @@ LANES_INLINE unsigned open_quadrants(search *x, int i)
 
 LANES_TWINS(LANES_WIDE, unsigned, open_quadrants, open_quadrants, (search *const x, int i), (x, i));
 
-static bool close_circle(search *x, int i)
+static bool close_circle(search *x, bool wide, int i)
 {
-    unsigned open = LANES_CHOSEN(open_quadrants)(x, i);
+    unsigned open = (wide ? open_quadrants_wide : open_quadrants_narrow)(x, i);
     for (int k = 0; open; k++, open >>= 1)
         if (open & 1 && !close_quadrant(x, i, k & 1 ? -1 : 1, k & 2 ? -1 : 1)) return false;
     return true;
@@ -237,13 +237,13 @@ static bool close_circle(search *x, int i)
 
 /* ---- all of it ---- */
 
-static bool box_revolved_find_depth(search *x)
+static bool box_revolved_find_depth(search *x, bool wide)
 {
     if (!box_revolved_try_faces(x)) return false;
-    LANES_CHOSEN(try_circle)(x);
+    (wide ? try_circle_wide : try_circle_narrow)(x);
     if (!arc_is_deep(&x->found)) return false;
     for (int i = 0; i < 3; i++)
-        if (!close_circle(x, i)) return false;
+        if (!close_circle(x, wide, i)) return false;
     return arc_is_deep(&x->found);
 }
 
@@ -266,7 +266,8 @@ bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out
     search x = {&c, arc_search_of(p, goal)};
     minkowski top;
     out->axis = VEC_ZERO;
-    if (!(c.kink >= 0) || !box_revolved_find_depth(&x) || !arc_search_report(&x.found, p, goal, &top, out))
+    if (!(c.kink >= 0) || !box_revolved_find_depth(&x, lanes_wide()) ||
+        !arc_search_report(&x.found, p, goal, &top, out))
         return false;
     if (!witness_facing(p, &top, out) && goal->near == -INFINITY) witness_deepest(p, out);
     return true;
