@@ -28,7 +28,11 @@ async function no_window_changes_an_event() {
   const stopped = await look();
   stopped.child.kill("SIGSTOP");
   let over = false, kills = 0;
-  const watched = simulate("billiards").finally(() => (over = true));
+  const watched = (async () => {
+    const all = [];
+    while (all.length < 3) all.push(await simulate("billiards"));
+    return all;
+  })().finally(() => (over = true));
   while (!over) {
     const { child, page } = await look();
     await Promise.race([page.next(1), watched]);
@@ -37,12 +41,10 @@ async function no_window_changes_an_event() {
     kills++;
   }
   stopped.child.kill("SIGKILL");
-  const seen = await watched;
-  check("windows were killed", kills >= 2, `${kills}`);
-  equal("the hash", seen.hash, alone.hash);
-  equal("steps", seen.steps, alone.steps);
-  equal("impacts", seen.impacts, alone.impacts);
-  console.log(`${kills} windows killed, ${seen.steps} steps, ${seen.impacts} impacts, hash ${seen.hash}`);
+  const all = await watched;
+  check("windows were killed", kills >= 1, `${kills}`);
+  for (const seen of all) equal("what was seen", JSON.stringify(seen), JSON.stringify(alone));
+  console.log(`${kills} windows killed; ${JSON.stringify(alone)}`);
 }
 
 await run([no_window_changes_an_event]);
