@@ -20,6 +20,8 @@ static const option table[] = {
     {"--help", NULL, FLAG, AT(help), 0, 0, "", "this text, or that of the verb"},
     {"--json", NULL, FLAG, AT(json), 0, 0, "status top fit check watch query replay trade doctor",
         "JSON, one object a line; numbers that are not finite are null"},
+    {"--brief", NULL, FLAG, AT(brief), 0, 0, "status",
+        "a line for the daemon and one for each stream: contacts, nearest, soonest impact, oldest pose"},
     {"--wait", "S", NUMBER, AT(wait_s), 0, 86400, "status", "wait so long until it is ready; default 0"},
     {"--once", NULL, FLAG, AT(once), 0, 0, "top", "print one view, after two Status, and end"},
     {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load fit", "states and disabled pairs of the URDF's robot"},

@@ -68,6 +68,10 @@ install(FILES ${prepared}/collidedConfig.cmake ${prepared}/collidedConfigVersion
 install(FILES ${PROJECT_SOURCE_DIR}/client/README.md DESTINATION ${doc}/libcollided-dev COMPONENT libcollided-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/idl/README.md DESTINATION ${doc}/libcollided-dev RENAME protocol.md
   COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/idl/collided.idl ${PROJECT_SOURCE_DIR}/idl/collided.lcm
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/idl COMPONENT libcollided-dev)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.py ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.mjs
+  DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
 
 # ---- libcollided-load0, libcollided-load-dev: URDF, SRDF and scenes, with what they need of other libraries ----
 
