@@ -167,8 +167,8 @@ collided_status collided_create_loaded(
 
 /* ---- scenes ---- */
 
-/* Reads a scene. It has bodies, and robots with their files, states and places; collidectl(1) describes its keys. All
- * meshes are read at once. Of def the packages, the meshes and the prefix must be none: the scene says these itself.
+/* Reads a scene. It has bodies, and robots with their files, states and places; client/load/SCENES.md (installed as
+ * /usr/share/doc/libcollided-load-dev/SCENES.md) has its keys. All meshes are read at once. Of def the packages, the meshes and the prefix must be none: the scene says these itself.
  * NULL on failure. */
 collided_loaded_scene *collided_load_scene(const char *path, const collided_load_def *def);
 
