@@ -25,7 +25,9 @@ static const option table[] = {
     {"--wait", "S", NUMBER, AT(wait_s), 0, 86400, "status", "wait so long until it is ready; default 0"},
     {"--once", NULL, FLAG, AT(once), 0, 0, "top", "print one view, after two Status, and end"},
     {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load fit", "states and disabled pairs of the URDF's robot"},
-    {"--package", "NAME=PATH", PACKAGE, 0, 0, 0, "load fit", "where package://NAME/ is; may be given several times"},
+    {"--package", "NAME=PATH", PACKAGE, 0, 0, 0, "load fit",
+        "where package://NAME/ is, unless it is found around the file, in ROS_PACKAGE_PATH or AMENT_PREFIX_PATH; "
+        "several times"},
     {"--prefix", "TEXT", TEXT, AT(prefix), 0, 0, "load", "put before the names of links and robot"},
     {"--meshes", "WHAT", TEXT, AT(meshes), 0, 0, "load",
         "what mesh files become: hull (default), solid, decompose or decompose:N (at most N hulls, default 16)"},
