@@ -62,7 +62,7 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
 static const double SLICE_LEAST = 2e6;
 /* Nanoseconds: what ticks show of a unit may be far less, where they looked up what had been found out. The next tick,
  * which has to find out, is not to take all that this seems to leave. */
-static const double UNIT_LEAST_NS = 2, UNIT_FIRST_NS = 4;   /* as long as no tick has shown anything */
+static const double UNIT_LEAST_NS = 3, UNIT_FIRST_NS = 4;   /* as long as no tick has shown anything */
 static const double SLICE_LEFT = 0.5;                       /* of it, whatever else a round does */
 static const double LEARN_SLOWER = 0.5, LEARN_FASTER = 0.1; /* of what the last tick has shown */
 static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
@@ -182,7 +182,7 @@ bool service_is_behind(const service *s)
            s->monotonic_ns - s->pending_last_ns < PENDING_OVER_NS;
 }
 
-static void carry_out(service *s)
+static void carry_out_commands(service *s)
 {
     bool learn = shares_learn(s);
     int64_t began_ns = learn ? clock_thread_ns() : 0;
@@ -195,7 +195,7 @@ void service_tick(service *s)
 {
     world_batches batches;
     service_follow_clock(s);
-    carry_out(s);
+    carry_out_commands(s);
     s->stepped = false;
     stream_ask_all(s);
     world_set_slice(s->world, s->slice ? s->slice : UINT64_MAX);

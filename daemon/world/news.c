@@ -56,7 +56,7 @@ static void take_older_of(const world *w, uint32_t watch_id, int64_t *oldest)
 }
 
 /* Is it its turn to be looked through? Whoever asks no more, as another one finds out that asks twice, has had it. */
-static bool takes_turn(stamp_search *t, uint32_t id)
+static bool stamp_search_goes_on(stamp_search *t, uint32_t id)
 {
     bool goes_on = t->on && t->subscription == id, waits = t->on && !goes_on && t->waits != id + 1;
     if (goes_on) t->waits = 0;
@@ -80,7 +80,7 @@ bool world_oldest_stamp(world *w, uint32_t id, size_t *looked, int64_t *oldest_n
             take_older_of(w, v, oldest_ns);
         return true;
     }
-    if (!takes_turn(t, id)) return false;
+    if (!stamp_search_goes_on(t, id)) return false;
     size_t left = w->watches.count - t->next, part = left < OLDEST_STAMP_PART ? left : OLDEST_STAMP_PART;
     *looked += part;
     for (size_t end = t->next + part; t->next < end; t->next++) {
