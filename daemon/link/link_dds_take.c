@@ -291,10 +291,21 @@ static int take_poses(link_dds *l, const link_sink *sink, const reader *r, size_
     return n > 0 ? n : 0;
 }
 
-/* As many as one take may have. */
+/* As many as one take may have: between takes it is asked whether so much has come that the rest has to wait, and one
+ * body of a thousand rules, or one piece of a geometry, may take a millisecond. */
 static int take_max(const reader *r)
 {
-    return r->kind == WIRE_POSE_BATCH ? POSES_TAKE : TAKE_MAX;
+    enum { BODIES_TAKE = 8, PIECES_TAKE = 2 };
+    switch (r->kind) {
+    case WIRE_POSE_BATCH:
+        return POSES_TAKE;
+    case WIRE_BODY:
+        return BODIES_TAKE;
+    case WIRE_GEOMETRY:
+        return PIECES_TAKE;
+    default:
+        return TAKE_MAX;
+    }
 }
 
 /* Samples taken from one reader; *messages of them were messages. */
@@ -303,7 +314,7 @@ static int take(link_dds *l, const link_sink *sink, const reader *r, size_t *mes
     if (r->kind == WIRE_POSE_BATCH) return take_poses(l, sink, r, messages);
     void *samples[TAKE_MAX] = {NULL};
     dds_sample_info_t infos[TAKE_MAX];
-    int n = dds_take(r->entity, samples, infos, TAKE_MAX, TAKE_MAX);
+    int n = dds_take(r->entity, samples, infos, TAKE_MAX, (uint32_t)take_max(r));
     if (n <= 0) return 0;
     for (int i = 0; i < n; i++) *messages += receive_sample(l, sink, r->kind, samples[i], &infos[i]);
     dds_return_loan(r->entity, samples, n);

@@ -72,7 +72,7 @@ static const config_option OPTIONS[] = {
         "keeps an interval that is wider than asked but holds, is reported as stopped by the budget, counted (undone), "
         "and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
-    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
+    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "12000", "us",
         "time that finding and deciding pairs, and searching for impacts, may hold a tick; 0: as long as it needs",
         "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
         "which "
