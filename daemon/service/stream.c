@@ -60,7 +60,8 @@ void stream_open(service *s, session *c, const wire_subscription *m, uint32_t wo
     if (old) old->each_tick = m->rate_hz == 0;
     if (old) scene_subscribed(s, old, m);
     if (old && old->link == c->link && strcmp(old->name, name) == 0) {
-        if (!old->read) old->link->ops->stream_open(old->link, name, c->client); /* asked again: is somebody there after all? */
+        if (!old->read)
+            old->link->ops->stream_open(old->link, name, c->client); /* asked again: is somebody there after all? */
         return;
     }
     if (old) stream_close(s, world_id);

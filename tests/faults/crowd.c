@@ -1,7 +1,7 @@
 #include "crowd.h"
 
-#include <collided.h>
 #include <stdio.h>
+#include <string.h>
 
 static void on_batch(void *context, const collided_batch *b)
 {
@@ -41,4 +41,13 @@ int crowd_be_one(const char *uri, const char *number, const char *interface)
     snprintf(name, sizeof name, "third of %s", number);
     if (!create_cube(c, name)) return 1;
     for (;;) collided_poll(c, 1);
+}
+
+int64_t crowd_counter(collided *watcher, const char *name)
+{
+    collided_daemon_status s;
+    if (collided_get_status(watcher, 0.1, &s) != COLLIDED_OK) return -1;
+    for (size_t i = 0; i < s.counter_count; i++)
+        if (strcmp(s.counters[i].name, name) == 0) return s.counters[i].value;
+    return -1;
 }

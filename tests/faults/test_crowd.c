@@ -92,7 +92,7 @@ static void a_crowd_comes_in_and_knows_nobody_but_the_daemon(void **state)
         snprintf(number, sizeof number, "%d", i);
         crowd[i] = rig_self("one", RIG_DDS, number);
     }
-    UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == CROWD_BODIES * (int64_t)size);
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, crowd_counter(watcher, "bodies") == CROWD_BODIES * (int64_t)size);
     for (int i = 0; i < size; i++) assert_true(rig_alive(crowd[i]));
     assert_int_equal(participants(), 2); /* the daemon's, and our own */
     is_matched_with_few_of_the_daemons_ends();
@@ -115,7 +115,7 @@ static void clients_on_a_network_do_not_hear_each_other(void **state)
         snprintf(number, sizeof number, "%d", i);
         rig_self("wide", RIG_DDS, number);
     }
-    UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == CROWD_BODIES * SIZE);
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, crowd_counter(watcher, "bodies") == CROWD_BODIES * SIZE);
     assert_int_equal(participants(), 2);
     rig_close(watcher);
 }
@@ -407,8 +407,8 @@ static void who_is_in_a_room_finds_a_daemon_that_comes_later(void **state)
         snprintf(number, sizeof number, "%d", i);
         rig_self("one", RIG_DDS, number);
     }
-    UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == CROWD_BODIES * SIZE);
-    assert_true(rig_counter(watcher, "dds_rooms") > 0);
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, crowd_counter(watcher, "bodies") == CROWD_BODIES * SIZE);
+    UNTIL(watcher, RIG_PATIENCE_S, crowd_counter(watcher, "dds_rooms") > 0);
     assert_int_equal(participants(), 2); /* the daemon's, and our own: the others are in rooms */
     for (int i = 0; i < OUTSIDE; i++) close(fill[i]);
     rig_kill(daemon, SIGKILL);
@@ -416,7 +416,7 @@ static void who_is_in_a_room_finds_a_daemon_that_comes_later(void **state)
     rig_daemon(NULL, NULL);
     UNTIL(watcher, RIG_PATIENCE_S, collided_poll(watcher, 0) == COLLIDED_OK);
     UNTIL(watcher, 4 * RIG_PATIENCE_S,
-        rig_counter(watcher, "bodies") == CROWD_BODIES * SIZE && rig_counter(watcher, "dds_rooms") > 0);
+        crowd_counter(watcher, "bodies") == CROWD_BODIES * SIZE && crowd_counter(watcher, "dds_rooms") > 0);
     rig_close(watcher);
 }
 

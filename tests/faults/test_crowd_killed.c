@@ -61,32 +61,18 @@ static void kill_some(pid_t *crowd, int size, pid_t *daemon)
     }
 }
 
-typedef struct census {
-    int64_t bodies, clients, waiting;
-} census;
-
-/* As it was told last; a daemon that is not heard for a while tells nothing new. */
-static void count_those_in(collided *watcher, census *out)
-{
-    collided_daemon_status s;
-    if (collided_get_status(watcher, 0.1, &s) != COLLIDED_OK) return;
-    for (size_t i = 0; i < s.counter_count; i++) {
-        if (strcmp(s.counters[i].name, "bodies") == 0) out->bodies = s.counters[i].value;
-        if (strcmp(s.counters[i].name, "clients") == 0) out->clients = s.counters[i].value;
-        if (strcmp(s.counters[i].name, "dds_turns_waiting") == 0) out->waiting = s.counters[i].value;
-    }
-}
-
 static void wait_until_all_are_in(collided *watcher, int size)
 {
-    census in = {-1, -1, -1};
+    int64_t bodies = -1, clients = -1;
     double began = rig_now_s();
-    while (in.bodies != CROWD_BODIES * (int64_t)size || in.clients != size + 1) {
+    while (bodies != CROWD_BODIES * (int64_t)size || clients != size + 1) {
         if (rig_now_s() - began > IN_S)
             fail_msg("after %g s %lld of %d bodies and %lld of %d clients are in, %lld wait for their turn", IN_S,
-                (long long)in.bodies, CROWD_BODIES * size, (long long)in.clients, size + 1, (long long)in.waiting);
+                (long long)bodies, CROWD_BODIES * size, (long long)clients, size + 1,
+                (long long)crowd_counter(watcher, "dds_turns_waiting"));
         collided_poll(watcher, 0.05);
-        count_those_in(watcher, &in);
+        bodies = crowd_counter(watcher, "bodies");
+        clients = crowd_counter(watcher, "clients");
     }
     print_message("%d clients are in %.1f s after the last kill\n", size, rig_now_s() - began);
 }
