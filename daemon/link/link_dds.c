@@ -264,7 +264,8 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     if (joined == DDS_RETCODE_OK && link_dds_open_ends(l)) {
         link_dds_closer_start(&l->closer);
         if (options->interface && *options->interface) return 0;
-        joiners_start(&l->joiners, l, options->counters);
+        const joiners_rooms rooms = link_dds_rooms(l);
+        joiners_start(&l->joiners, link_dds_domain(l), l->participant, &rooms, options->counters);
         reminder_start(&l->reminder);
         return 0;
     }

@@ -3,7 +3,6 @@
 
 #include "base/clock.h"
 #include "base/log.h"
-#include "link_dds_own.h"
 #include "wire/dds/wire_dds_turn.h"
 
 #include <errno.h>
@@ -43,7 +42,7 @@ static unsigned waiting_of(const joiners *t, uint32_t user)
 static unsigned count_all(joiners *t)
 {
     unsigned all = 0;
-    for (unsigned room = 0; room <= WIRE_DDS_ROOMS; room++) t->present[room] = link_dds_room_present(t->link, room);
+    for (unsigned room = 0; room <= WIRE_DDS_ROOMS; room++) t->present[room] = t->rooms.present(t->rooms.link, room);
     for (unsigned i = 0; i < t->count; i++) t->present[t->at[i].room]++;
     for (unsigned room = 0; room <= WIRE_DDS_ROOMS; room++) all += t->present[room];
     return all;
@@ -53,11 +52,11 @@ static unsigned count_all(joiners *t)
 static unsigned choose_room(joiners *t)
 {
     unsigned best = 0;
-    if (!link_dds_has_rooms(t->link) || t->present[0] < JOINERS_BEFORE_ROOMS) return 0;
+    if (!t->rooms.may(t->rooms.link) || t->present[0] < JOINERS_BEFORE_ROOMS) return 0;
     for (unsigned room = 1; room <= WIRE_DDS_ROOMS; room++) {
         if ((room - 1) % JOINERS_ROOMS_TOGETHER == 0 && best && t->present[best] < WIRE_DDS_ROOM_CLIENTS) break;
         if (best && t->present[room] >= t->present[best]) continue;
-        if (link_dds_room_open(t->link, room)) best = room;
+        if (t->rooms.open(t->rooms.link, room)) best = room;
     }
     return best;
 }
@@ -98,7 +97,7 @@ static bool knocks(joiners *t, const joiner *one)
 {
     unsigned char words[2];
     bool knocked = recv(one->fd, words, sizeof words, MSG_DONTWAIT) == sizeof words && words[0] == WIRE_DDS_TURN_KNOCK;
-    if (knocked && words[1] >= 1 && words[1] <= WIRE_DDS_ROOMS) (void)link_dds_room_open(t->link, words[1]);
+    if (knocked && words[1] >= 1 && words[1] <= WIRE_DDS_ROOMS) (void)t->rooms.open(t->rooms.link, words[1]);
     return knocked;
 }
 
@@ -203,13 +202,13 @@ static void call(joiners *t)
 {
     int64_t now = clock_monotonic_ns(), ms;
     if (now < t->call_ns) return;
-    ms = (int64_t)JOINERS_CALL_EACH_MS * link_dds_room_present(t->link, 0);
+    ms = (int64_t)JOINERS_CALL_EACH_MS * t->rooms.present(t->rooms.link, 0);
     ms = ms < JOINERS_CALL_MS ? JOINERS_CALL_MS : ms > JOINERS_CALL_MOST_MS ? JOINERS_CALL_MOST_MS : ms;
     t->call_ns = now + ms * NS_PER_MS;
     t->called++;
     dds_qos_t *qos = dds_create_qos();
     dds_qset_userdata(qos, &t->called, sizeof t->called);
-    (void)dds_set_qos(t->link->participant, qos); /* if it is refused, those 8 s of Cyclone's remain */
+    (void)dds_set_qos(t->participant, qos); /* if it is refused, those 8 s of Cyclone's remain */
     dds_delete_qos(qos);
 }
 
@@ -244,18 +243,18 @@ static void *run(void *context)
     return NULL;
 }
 
-void joiners_start(joiners *t, link_dds *link, metrics *m)
+void joiners_start(joiners *t, uint32_t domain, dds_entity_t participant, const joiners_rooms *rooms, metrics *m)
 {
-    uint32_t domain = link_dds_domain(link);
-    *t = (joiners){.link = link,
+    *t = (joiners){.rooms = *rooms,
         .domain = domain,
+        .participant = participant,
         .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC),
         .listen_fd = open_socket(domain)};
     t->waiting = metrics_add(m, "dds_turns_waiting", "clients that wait for their turn to join over DDS");
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
     t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");
     t->refused = metrics_add(m, "dds_turns_refused", "clients told to ask for a turn again: too many wait");
-    t->rooms = metrics_add(m, "dds_rooms", "rooms that are open for clients of a crowd");
+    t->rooms_open = metrics_add(m, "dds_rooms", "rooms that are open for clients of a crowd");
     t->given_up = metrics_add(m, "dds_turns_given_up", "clients that left while they waited for their turn to join");
     t->runs = t->stop_fd >= 0 && pthread_create(&t->thread, NULL, run, t) == 0;
     if (!t->runs) log_warning("no thread that lets clients join in turns: a crowd that comes at once comes in slowly");

@@ -41,8 +41,17 @@ typedef struct joiner {
     int64_t until_ns; /* of a turn; 0: it waits */
 } joiner;
 
+/* The rooms of the link, as they are needed here; each is called by the thread of joiners alone. */
+typedef struct joiners_rooms {
+    void *link;
+    bool (*may)(void *link);                        /* are there any? */
+    bool (*open)(void *link, unsigned room);        /* from 1; false: it cannot be opened */
+    unsigned (*present)(void *link, unsigned room); /* clients that are in it; 0: that are in none */
+} joiners_rooms;
+
 typedef struct joiners {
-    struct link_dds *link;
+    joiners_rooms rooms;
+    dds_entity_t participant; /* the daemon's, outside of rooms */
     uint32_t domain;
     bool runs;
     pthread_t thread;
@@ -54,10 +63,10 @@ typedef struct joiners {
     uint8_t called;                       /* so often, modulo 256 */
     unsigned present[WIRE_DDS_ROOMS + 1]; /* clients, when somebody came last, with those who were to come */
     int64_t call_ns;                      /* the next call; monotonic */
-    metric *waiting, *given, *overdue, *refused, *given_up, *rooms;
+    metric *waiting, *given, *overdue, *refused, *given_up, *rooms_open;
 } joiners;
 
-void joiners_start(joiners *t, struct link_dds *link, metrics *m);
+void joiners_start(joiners *t, uint32_t domain, dds_entity_t participant, const joiners_rooms *rooms, metrics *m);
 void joiners_end(joiners *t);
 
 #endif

@@ -122,10 +122,7 @@ link_dds *link_dds_home(link_dds *l, int64_t client);
 /* The next room that is open, from that number on, which goes on behind it; NULL: no more. Any thread. */
 link_dds *link_dds_next_room(link_dds *l, unsigned *number);
 
-/* The thread of joiners: opens it, if it is not open. False: it cannot be, which is logged. */
-bool link_dds_room_open(link_dds *l, unsigned number);
-unsigned link_dds_room_present(link_dds *l, unsigned number); /* clients that are in it; 0: those of the link itself */
-bool link_dds_has_rooms(const link_dds *l);
+joiners_rooms link_dds_rooms(link_dds *l);
 /* Readers and writers of a link, or a room, whose participant is there. */
 bool link_dds_open_ends(link_dds *l);
 void link_dds_rooms_close(link_dds *l);

@@ -10,8 +10,9 @@
 
 enum { CONFIG_BYTES = 4096 };
 
-bool link_dds_has_rooms(const link_dds *l)
+static bool may_have_rooms(void *link)
 {
+    const link_dds *l = link;
     const link_options *o = &l->head.options;
     return o->rooms && !(o->interface && *o->interface) && !(o->security && *o->security) && wire_dds_has_rooms();
 }
@@ -31,8 +32,9 @@ link_dds *link_dds_home(link_dds *l, int64_t client)
     return number ? atomic_load(&l->rooms[number]) : l;
 }
 
-unsigned link_dds_room_present(link_dds *l, unsigned number)
+static unsigned room_present(void *link, unsigned number)
 {
+    link_dds *l = link;
     const link_dds *in = number ? atomic_load(&l->rooms[number]) : l;
     dds_publication_matched_status_t status;
     size_t i = 0;
@@ -81,15 +83,16 @@ static dds_return_t join(link_dds *room)
     return room->participant < 0 ? room->participant : DDS_RETCODE_OK;
 }
 
-bool link_dds_room_open(link_dds *l, unsigned number)
+static bool room_open(void *link, unsigned number)
 {
+    link_dds *l = link;
     if (atomic_load(&l->rooms[number])) return true;
-    if (l->room_fails[number] || !link_dds_has_rooms(l)) return false;
+    if (l->room_fails[number] || !may_have_rooms(l)) return false;
     link_dds *room = room_create(l, number);
     dds_return_t joined = join(room);
     if (joined == DDS_RETCODE_OK && link_dds_open_ends(room)) {
         atomic_store(&l->rooms[number], room);
-        metric_count(l->joiners.rooms, 1);
+        metric_count(l->joiners.rooms_open, 1);
         return true;
     }
     log_warning("DDS: room %u for clients that come at once cannot be opened: %s: its UDP port is taken, perhaps",
@@ -97,6 +100,11 @@ bool link_dds_room_open(link_dds *l, unsigned number)
     l->room_fails[number] = true;
     room_free(room);
     return false;
+}
+
+joiners_rooms link_dds_rooms(link_dds *l)
+{
+    return (joiners_rooms){l, may_have_rooms, room_open, room_present};
 }
 
 void link_dds_rooms_close(link_dds *l)
