@@ -339,9 +339,9 @@ static void who_is_one_of_a_crowd_is_told(void **state)
     enum { FEW = 30, CROWD_FROM = 64, MANY = 80 };
     int asks[MANY];
     rig_daemon(NULL, NULL);
-    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
+    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE));      /* it is ready */
+    for (int i = 0; i < MANY; i++) asks[i] = ask_for_a_turn(); /* at once: a turn is over after 2 s */
     for (int i = 0; i < MANY; i++) {
-        asks[i] = ask_for_a_turn();
         greeting g = greeted(asks[i]);
         if (i < FEW) assert_false(g.crowd);
         if (i > CROWD_FROM) assert_true(g.crowd);
@@ -379,10 +379,8 @@ static void rooms_are_filled_one_after_the_other(void **state)
     int asks[MANY], in[ROOMS + 1] = {0};
     rig_daemon(NULL, NULL);
     collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
-    for (int i = 0; i < MANY; i++) {
-        asks[i] = ask_for_a_turn();
-        in[(int)greeted(asks[i]).room]++;
-    }
+    for (int i = 0; i < MANY; i++) asks[i] = ask_for_a_turn(); /* at once: a turn is over after 2 s */
+    for (int i = 0; i < MANY; i++) in[(int)greeted(asks[i]).room]++;
     assert_in_range(in[0], OUTSIDE - 2, OUTSIDE);
     for (int i = 1; i <= TOGETHER; i++) assert_int_equal(in[i], ROOM);
     assert_int_equal(in[TOGETHER + 1], (MANY - in[0] - TOGETHER * ROOM + TOGETHER - 1) / TOGETHER);
