@@ -14,8 +14,8 @@
 #define MOST 0x1p400          /* m: the largest coordinate */
 #define LEAST 0x1p-400        /* m: the least scale */
 #define UNIT 0x1p-9           /* how far from 1 a quaternion's and an axis' squared length may be */
-#define LO_SLACK 0x1.4ap-42   /* of the gap along an axis */
-#define HI_SLACK 0x1.42p-42   /* of the distance that two points prove */
+#define LO_SLACK 0x1.f7p-43   /* of the gap along an axis */
+#define HI_SLACK 0x1.f7p-43   /* of the distance that two points prove */
 #define FEATURE_SLACK 0x1p-49 /* of the product of a direction and a corner, for a direction of length <= 2 */
 #define RULE_SLACK 0x1p-50    /* of the sum of what is added and compared */
 #define SPEED_SLACK 0x1p-44   /* of a sum of at most 256 products, none negative */
