@@ -156,6 +156,9 @@ typedef struct collided_pose {
 } collided_pose;
 /* The pose at the origin, not turned. Any thread. */
 collided_pose collided_pose_identity(void);
+/* The pose of c in a, where `outer` is that of b in a and `inner` that of c in b. Orientations must not be zero; that
+ * of the product is a unit quaternion. Any thread. */
+collided_pose collided_pose_product(collided_pose outer, collided_pose inner);
 
 /* Kinds of shapes; each has a maker below. */
 typedef enum collided_shape_type {

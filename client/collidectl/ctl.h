@@ -16,7 +16,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     const char *connect, *as;
     double timeout_s;
     bool help;
-    bool json, fixed, stay, once;
+    bool json, brief, fixed, stay, once;
     double wait_s, seconds;
     const char *srdf, *prefix, *state, *joints, *meshes;
     load_package packages[PACKAGES_MAX];

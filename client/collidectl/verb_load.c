@@ -1,31 +1,24 @@
 /* verb_load: files to bodies. All files are read, and found good, before the daemon hears of the first body; the store
  * is written when the daemon has accepted them. */
 #include "loaders/decompose/decompose.h"
-#include "loaders/robot.h"
-#include "loaders/scene.h"
-#include "loaders/text.h"
+#include "loaders/placed.h"
 #include "store.h"
 #include "store_file.h"
 #include "verbs.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sysexits.h>
 #include <unistd.h>
-
-typedef struct loaded_robot {
-    robot robot;
-    collided_pose base;
-    double *values;
-} loaded_robot;
 
 typedef struct loading {
     ctl *c;
     store store;
     load_bodies *sets; /* of the scene, then of each robot */
     size_t set_count;
-    loaded_robot *robots;
+    placed_robot *robots;
     size_t robot_count;
 } loading;
 
@@ -37,69 +30,40 @@ static bool ends_in(const char *text, const char *end)
 
 /* ---- reading ---- */
 
-static void give_motion(load_bodies *links, const scene_robot *from)
-{
-    for (size_t i = 0; i < links->count; i++) {
-        links->at[i].ccd = from->ccd;
-        links->at[i].acceleration_m_s2 = from->acceleration_m_s2;
-        links->at[i].angular_acceleration_rad_s2 = from->angular_acceleration_rad_s2;
-    }
-}
-
-static bool load_robot(loading *l, const scene_robot *from)
-{
-    ctl *c = l->c;
-    loaded_robot *to = &l->robots[l->robot_count++];
-    to->base = from->pose;
-    if (!robot_load(&to->robot, &c->pool, &from->source, &c->report)) return false;
-    to->values = pool_alloc(&c->pool, (size_t)to->robot.model.joint_count, sizeof *to->values);
-    robot_default_values(&to->robot, to->values);
-    if (from->state && !robot_state(&to->robot, from->state, to->values, &c->report)) return false;
-    for (size_t i = 0; i < from->joint_count; i++)
-        if (!robot_set(&to->robot, from->joints[i], from->values[i], to->values, &c->report)) return false;
-    if (c->options.joints && !robot_set_list(&to->robot, c->options.joints, to->values, &c->report)) return false;
-    load_bodies *links = &l->sets[l->set_count++];
-    if (!robot_bodies(&to->robot, to->base, to->values, from->motion, &c->pool, links, &c->report)) return false;
-    give_motion(links, from);
-    return true;
-}
-
 static bool read_urdf(loading *l, const char *path)
 {
     ctl *c = l->c;
     const ctl_options *o = &c->options;
-    l->sets = pool_alloc(&c->pool, 1, sizeof *l->sets);
-    l->robots = pool_alloc(&c->pool, 1, sizeof *l->robots);
     load_meshes meshes = {0};
     if (o->meshes && !load_meshes_parse(o->meshes, &meshes))
         return load_fail(
             &c->report, "load: --meshes '%s': must be " LOAD_MESHES_WORDS, o->meshes, DECOMPOSE_PIECES_MAX);
-    scene_robot r = {.source = {.urdf = path,
-                         .srdf = o->srdf,
-                         .prefix = o->prefix,
-                         .packages = o->packages,
-                         .package_count = o->package_count,
-                         .meshes = meshes},
+    scene_robot from = {.source = {.urdf = path,
+                            .srdf = o->srdf,
+                            .prefix = o->prefix,
+                            .packages = o->packages,
+                            .package_count = o->package_count,
+                            .meshes = meshes},
         .state = o->state,
         .pose = o->pose,
         .motion = o->fixed ? COLLIDED_FIXED : COLLIDED_MOVING};
-    return load_robot(l, &r);
+    l->robots = pool_alloc(&c->pool, 1, sizeof *l->robots);
+    if (!placed_robot_load(l->robots, &c->pool, &from, o->joints, &c->report)) return false;
+    l->robot_count = l->set_count = 1;
+    l->sets = &l->robots->links;
+    return true;
 }
 
 static bool read_scene(loading *l, const char *path)
 {
     ctl *c = l->c;
-    size_t size;
-    scene s;
-    const char *data = text_read_file(&c->pool, path, SCENE_SIZE_MAX, &size, &c->report);
-    if (!data || !scene_parse(&s, &c->pool, data, size, path, &c->report)) return false;
+    placed_scene s;
+    if (!placed_scene_load(&s, &c->pool, path, &c->report)) return false;
+    l->robots = s.robots;
+    l->robot_count = s.robot_count;
     l->sets = pool_alloc(&c->pool, s.robot_count + 1, sizeof *l->sets);
-    l->robots = pool_alloc(&c->pool, s.robot_count, sizeof *l->robots);
     l->sets[l->set_count++] = s.bodies;
-    for (size_t i = 0; i < s.bodies.count; i++)
-        if (!load_body_meshes(&c->pool, &s.bodies.at[i], &c->report)) return false;
-    for (size_t i = 0; i < s.robot_count; i++)
-        if (!load_robot(l, &s.robots[i])) return false;
+    for (size_t i = 0; i < s.robot_count; i++) l->sets[l->set_count++] = s.robots[i].links;
     return true;
 }
 
@@ -107,6 +71,10 @@ static int read_any(loading *l, const char *path)
 {
     const ctl_options *o = &l->c->options;
     bool yaml = ends_in(path, ".yaml") || ends_in(path, ".yml");
+    if (ends_in(path, ".xacro"))
+        return ctl_fail(EX_USAGE,
+            "load: '%s' is a xacro file, from which a URDF is made: run 'xacro %s > robot.urdf' (ROS) and load that",
+            path, path);
     if (!yaml && !ends_in(path, ".urdf") && !ends_in(path, ".xml"))
         return ctl_fail(EX_USAGE, "load: '%s' is neither .urdf nor .yaml", path);
     if (yaml &&
@@ -150,16 +118,26 @@ static int remember(loading *l)
     return store_save(&l->store);
 }
 
+/* How far its shapes reach beyond what the files have: hulls are convex, robots are not. */
+static void print_excess(const load_body *b)
+{
+    double excess = load_body_excess(b);
+    if (excess > 0) printf("  at most %.3g mm beyond its meshes", 1e3 * excess);
+    if (isnan(excess)) printf("  not measured: how far its hulls reach beyond its meshes");
+}
+
 static void print_created(const loading *l)
 {
     size_t bodies = 0;
     for (size_t k = 0; k < l->set_count; k++)
         for (size_t i = 0; i < l->sets[k].count; i++, bodies++) {
             const load_body *b = &l->sets[k].at[i];
-            printf("%-32s %-6s %2zu shape%s %3zu rule%s at %9.4f %9.4f %9.4f\n", b->name,
+            printf("%-32s %-6s %2zu shape%s %3zu rule%s at %9.4f %9.4f %9.4f", b->name,
                 b->motion == COLLIDED_FIXED ? "fixed" : "moving", b->shape_count, b->shape_count == 1 ? " " : "s",
                 b->rule_count, b->rule_count == 1 ? " " : "s", b->pose.position[0], b->pose.position[1],
                 b->pose.position[2]);
+            print_excess(b);
+            putchar('\n');
         }
     printf("%zu bodies, %zu robots\n", bodies, l->robot_count);
     fflush(stdout);

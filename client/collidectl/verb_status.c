@@ -74,6 +74,46 @@ static void print_table(const collided_daemon_status *s)
     print_group(s, "work of subscribers, units a tick (about ns)", "work_of_");
 }
 
+/* The counter of that name, or a number that none has. */
+static int64_t find_counter(const collided_daemon_status *s, const char *prefix, const char *stream)
+{
+    size_t cut = strlen(prefix);
+    for (size_t i = 0; i < s->counter_count; i++)
+        if (has_prefix(s->counters[i].name, prefix) && strcmp(s->counters[i].name + cut, stream) == 0)
+            return s->counters[i].value;
+    return INT64_MIN;
+}
+
+static int64_t count_of(const collided_daemon_status *s, const char *name)
+{
+    int64_t value = find_counter(s, name, "");
+    return value > 0 ? value : 0;
+}
+
+/* What an operator watches of one stream; what the daemon does not tell of it is left out. */
+static void print_stream(const collided_daemon_status *s, const char *stream)
+{
+    int64_t nearest_nm = find_counter(s, "nearest_nm_of_", stream),
+            soonest_ns = find_counter(s, "soonest_ns_of_", stream),
+            oldest_ns = find_counter(s, "oldest_pose_ns_of_", stream), unknown = find_counter(s, "unknown_of_", stream),
+            cut = find_counter(s, "brief_cut_of_", stream);
+    printf("%s: %" PRId64 " contacts", stream, find_counter(s, "contacts_of_", stream));
+    if (unknown > 0) printf(", %" PRId64 " pairs unknown", unknown);
+    if (nearest_nm != INT64_MIN) printf(", nearest %.3f mm", 1e-6 * (double)nearest_nm);
+    if (soonest_ns != INT64_MIN) printf(", impact possible in %.2f s", 1e-9 * (double)soonest_ns);
+    if (oldest_ns != INT64_MIN) printf(", oldest pose %.1f ms", 1e-6 * (double)oldest_ns);
+    puts(cut > 0 ? " (of its first 20,000 pairs)" : "");
+}
+
+static void print_brief(const collided_daemon_status *s)
+{
+    printf("%s: %" PRId64 " bodies of %" PRId64 " clients, %" PRId64 " contacts%s%s\n", s->health,
+        count_of(s, "bodies"), count_of(s, "clients"), count_of(s, "contacts"), *s->limits ? "; " : "", s->limits);
+    for (size_t i = 0; i < s->counter_count; i++)
+        if (has_prefix(s->counters[i].name, "contacts_of_"))
+            print_stream(s, s->counters[i].name + strlen("contacts_of_"));
+}
+
 static bool is_ready(const collided_daemon_status *s)
 {
     return strcmp(s->health, "ready") == 0;
@@ -98,6 +138,8 @@ int verb_status(ctl *c)
     if (status) return status;
     if (c->options.json)
         print_status_json(&s);
+    else if (c->options.brief)
+        print_brief(&s);
     else
         print_table(&s);
     return is_ready(&s)

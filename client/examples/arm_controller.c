@@ -5,9 +5,8 @@
  *
  * Not safety-rated: in a real cell this comes on top of certified protective devices. */
 #include "example.h"
-#include "loaders/rigid.h"
-#include "loaders/robot.h"
 
+#include <collided_load.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -136,7 +135,7 @@ enum { STEPS = sizeof PROGRAM / sizeof *PROGRAM };
 
 typedef struct arm {
     const example *e;
-    robot robot;
+    collided_loaded_robot *robot;
     collided_pose base;
     collided_body bodies[BODIES];
     collided_pose poses[BODIES];                     /* world */
@@ -152,17 +151,16 @@ typedef struct arm {
 static void place(arm *a)
 {
     const collided_pose in_tool = {{0, 0, TOOL_M + GRIP_GAP_M + EXAMPLE_WORKPIECE_M / 2}, {1, 0, 0, 0}};
-    robot_body_poses(&a->robot, a->base, a->values, a->poses);
-    if (a->carries) a->poses[WORKPIECE] = rigid_product(a->poses[TOOL], in_tool);
+    collided_loaded_body_poses(a->robot, a->base, a->values, a->poses);
+    if (a->carries) a->poses[WORKPIECE] = collided_pose_product(a->poses[TOOL], in_tool);
 }
 
 static void aim(arm *a)
 {
-    load_report r = {.error = ""};
     memcpy(a->from, a->values, sizeof a->from);
     memcpy(a->to, a->values, sizeof a->to);
     a->progress = 0;
-    if (!robot_state(&a->robot, PROGRAM[a->step].state, a->to, &r)) abort(); /* load() has tried them all */
+    if (collided_loaded_state_values(a->robot, PROGRAM[a->step].state, a->to)) abort(); /* load() has tried them all */
 }
 
 static void finish_step(arm *a)
@@ -214,46 +212,53 @@ static void decide(arm *a, const sighting *s, bool informed)
 
 /* ---- connecting ---- */
 
-static bool try_states(arm *a, load_report *r)
+/* Says why not, if the arm is another one than this program is written for. */
+static bool try_states(arm *a)
 {
-    if (a->robot.model.joint_count != JOINTS || robot_body_count(&a->robot) != LINKS)
-        return load_fail(r, "this program is written for an arm of %d joints and %d links", JOINTS, LINKS);
+    size_t joints;
+    (void)collided_loaded_joints(a->robot, &joints);
+    if (joints != JOINTS || collided_loaded_body_count(a->robot) != LINKS)
+        return fprintf(stderr, "arm_controller: it is for an arm of %d joints and %d links\n", JOINTS, LINKS), false;
     for (int i = 0; i < STEPS; i++)
-        if (!robot_state(&a->robot, PROGRAM[i].state, a->values, r)) return false;
+        if (collided_loaded_state_values(a->robot, PROGRAM[i].state, a->values))
+            return fprintf(stderr, "arm_controller: %s\n", collided_load_error()), false;
     return true;
 }
 
 /* The path of a file that lies beside this program. */
-static const char *beside(pool *p, const char *name)
+static void beside(const char *name, char path[PATH_MAX])
 {
-    char self[PATH_MAX];
-    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-    while (length > 0 && self[length - 1] != '/') length--;
-    return pool_format(p, "%.*s%s", (int)(length > 0 ? length : 0), self, name);
+    ssize_t length = readlink("/proc/self/exe", path, PATH_MAX - 32);
+    while (length > 0 && path[length - 1] != '/') length--;
+    (void)snprintf(path + (length > 0 ? length : 0), 32, "%s", name);
 }
 
-static bool load(arm *a, pool *p, load_bodies *links, load_report *r)
+static bool load(arm *a)
 {
-    const robot_source source = {.urdf = beside(p, "arm.urdf"), .srdf = beside(p, "arm.srdf")};
+    char urdf[PATH_MAX], srdf[PATH_MAX];
+    beside("arm.urdf", urdf), beside("arm.srdf", srdf);
     a->base = (collided_pose){{0, 0, TABLE_TOP_M}, {1, 0, 0, 0}};
-    if (!robot_load(&a->robot, p, &source, r) || !try_states(a, r)) return false;
-    bool good = robot_state(&a->robot, "at_a", a->values, r);
+    a->robot = collided_load_urdf(urdf, NULL);
+    if (!a->robot || collided_load_srdf(a->robot, srdf))
+        return fprintf(stderr, "arm_controller: %s\n", collided_load_error()), false;
+    if (!try_states(a)) return false;
     a->stopped = true; /* until it is told that the way is free */
-    a->carries = true;
-    place(a); /* puts the workpiece where it will be gripped */
+    a->carries = true; /* puts the workpiece where it will be gripped */
+    (void)collided_loaded_state_values(a->robot, "at_a", a->values);
+    place(a);
     a->carries = false;
-    good = good && robot_state(&a->robot, "above_a", a->values, r);
+    (void)collided_loaded_state_values(a->robot, "above_a", a->values);
     place(a);
     aim(a);
-    return good && robot_bodies(&a->robot, a->base, a->values, COLLIDED_MOVING, p, links, r);
+    return true;
 }
 
-static void create_bodies(arm *a, collided *c, const load_bodies *links)
+static bool create_bodies(arm *a, collided *c)
 {
-    for (size_t i = 0; i < LINKS; i++) {
-        links->at[i].deadline_s = DEADLINE_S; /* should this process hang, its links are unknown, not where they were */
-        a->bodies[i] = load_body_announce(c, &links->at[i], COLLIDED_NONE);
-    }
+    /* Should this process hang, its links are unknown after the deadline, not where they were. */
+    const collided_placement at = {.base = a->base, .values = a->values, .deadline_s = DEADLINE_S};
+    if (collided_create_loaded(c, a->robot, &at, a->bodies))
+        return fprintf(stderr, "arm_controller: %s\n", collided_load_error()), false;
     collided_shape shapes[EXAMPLE_SHAPES];
     collided_body_def workpiece = collided_body_def_default();
     workpiece.name = "workpiece";
@@ -262,6 +267,7 @@ static void create_bodies(arm *a, collided *c, const load_bodies *links)
     workpiece.shapes = shapes;
     workpiece.shape_count = example_shapes(workpiece.name, shapes);
     a->bodies[WORKPIECE] = collided_create_body(c, &workpiece);
+    return true;
 }
 
 static void subscribe(collided *c, senses *s)
@@ -316,20 +322,17 @@ int main(int argc, char **argv)
     const example e = example_start(argc, argv);
     arm a = {.e = &e};
     senses s = {.count = 0};
-    pool memory = {0};
-    load_bodies links;
-    load_report report = {.error = ""};
-    if (!load(&a, &memory, &links, &report)) return fprintf(stderr, "arm_controller: %s\n", report.error), EX_DATAERR;
+    if (!load(&a)) return EX_DATAERR;
     collided *c = example_connect(&e, NULL);
     if (!c) return EX_UNAVAILABLE;
 
-    create_bodies(&a, c, &links);
+    bool good = create_bodies(&a, c);
     subscribe(c, &s);
-    bool good = example_ok(c, collided_sync(c, 5), "arm_controller: creating the arm") && run(&a, c, &s);
+    good = good && example_ok(c, collided_sync(c, 5), "arm_controller: creating the arm") && run(&a, c, &s);
 
     example_note(&e, "the arm gripped %lu times and stopped %lu times", a.grips, a.stops);
     collided_close(c);
     free(s.at);
-    pool_free(&memory);
+    collided_loaded_robot_free(a.robot);
     return good ? EX_OK : EX_SOFTWARE;
 }

@@ -169,7 +169,7 @@ static void add_solid(picture *p, const collided_pose *body, collided_shape shap
         return;
     }
     picture_solid *s = &p->solids[p->solid_count++];
-    shape.pose = rigid_product(*body, shape.pose);
+    shape.pose = collided_pose_product(*body, shape.pose);
     *s = (picture_solid){.shape = shape, .kind = kind};
     if (shape.type == COLLIDED_HULL) s->hull = EXAMPLE_WEDGE, s->hull_count = EXAMPLE_WEDGE_POINTS;
 }

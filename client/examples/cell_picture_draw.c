@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const double WIDTH = 1200, HEIGHT = 900;                         /* px, of the whole */
-static const double SCALE = 305, CENTRE_X = 596, CENTRE_Y = 487;        /* px/m; px: where the world's origin is */
+static const double SCALE = 290, CENTRE_X = 614, CENTRE_Y = 487;        /* px/m; px: where the world's origin is */
 static const double LIGHT[3] = {-0.46, -0.34, 0.82};                    /* unit: towards the light */
 static const double LANE_LOW = 0.32, LANE_HIGH = 0.88, LANE_END = 1.85; /* m, y and |x|: the painted lane */
 static const double PI = 3.14159265358979323846;
@@ -487,7 +487,7 @@ static double line_y(double distance_m)
 
 static void draw_axes(FILE *out, const picture *p)
 {
-    char words[64];
+    char words[96];
     fputs("<g stroke=\"#e3ddd0\">", out);
     for (int i = 0; i <= 3; i++) fprintf(out, "<path d=\"M%g %.1fH%g\"/>", LINE_LEFT, line_y(0.4 * i), LINE_RIGHT);
     fprintf(out, "</g><g fill=\"%s\" font-size=\"12\">\n", PALE);
@@ -504,7 +504,8 @@ static void draw_axes(FILE *out, const picture *p)
     fprintf(out, "<path d=\"M%g %.1fH%g\" stroke=\"%s\" stroke-dasharray=\"6 5\" stroke-opacity=\"0.7\"/>\n", LINE_LEFT,
         y, LINE_RIGHT, ACCENT);
     text(out, LINE_LEFT, LINE_TOP - 36, "font-size=\"14\" font-weight=\"600\"", "arm to vehicle");
-    (void)snprintf(words, sizeof words, "the arm stands before it is %.0f mm", 1e3 * p->protective_m);
+    (void)snprintf(words, sizeof words, "the arm stands still before %.0f mm; nearer, the vehicle comes by itself",
+        1e3 * p->protective_m);
     text(out, LINE_LEFT + 118, LINE_TOP - 36, "font-size=\"13\" fill=\"#c22f4d\"", words);
 }
 

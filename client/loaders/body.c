@@ -3,6 +3,7 @@
 
 #include "decompose/decompose.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -79,6 +80,38 @@ static bool load_files(pool *p, load_shape *s, load_report *r)
     for (size_t k = 0; k < s->child_count; k++)
         if (!load_mesh(p, &s->children[k], r)) return false;
     return true;
+}
+
+static double shape_excess(pool *p, const load_shape *s)
+{
+    double excess = s->shape.deviation;
+    mesh_triangles triangles;
+    decomposition d;
+    load_report untold = {.error = ""};
+    decompose_options one = {.pieces_max = 1, .name = s->mesh};
+    if (s->mesh && s->shape.type == COLLIDED_HULL) {
+        if (!mesh_load_triangles(p, s->mesh, s->scale, &triangles, &untold) ||
+            !decompose_mesh(p, &triangles, &one, &d, &untold))
+            return NAN;
+        excess += d.deviation_m;
+    }
+    for (size_t k = 0; k < s->child_count; k++) {
+        double child = shape_excess(p, &s->children[k]) + s->shape.deviation;
+        if (!(child <= excess)) excess = child;
+    }
+    return excess;
+}
+
+double load_body_excess(const load_body *body)
+{
+    double most = 0;
+    for (size_t i = 0; i < body->shape_count && !isnan(most); i++) {
+        pool work = {0};
+        double excess = shape_excess(&work, &body->shapes[i]);
+        if (!(excess <= most)) most = excess;
+        pool_free(&work);
+    }
+    return most;
 }
 
 /* It and its children. */

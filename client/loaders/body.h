@@ -76,6 +76,11 @@ void load_shape_becomes(load_shape *s, const load_meshes *meshes);
  * was given before is read again: files are small. */
 bool load_body_meshes(pool *p, load_body *body, load_report *r);
 
+/* How far the body's shapes reach beyond what they stand for, at most (m): their deviations, and what the hulls of mesh
+ * files add to the solids in these files, which is measured here, with proof. NAN: a mesh is flat or too large for that
+ * (decompose/decompose.h). Reads the files again. */
+double load_body_excess(const load_body *body);
+
 /* Tells the daemon: the hulls and meshes, then the body, under the number `id` (-1 = the next free one). The body's id
  * is COLLIDED_NONE on failure; collided_error tells why. */
 collided_body load_body_announce(collided *c, const load_body *body, int32_t id);

@@ -34,15 +34,6 @@ static inline void rigid_rotate(const double q[4], const double v[3], double out
     out[0] = x, out[1] = y, out[2] = z;
 }
 
-static inline collided_pose rigid_product(collided_pose a, collided_pose b) /* first b, then a */
-{
-    collided_pose out;
-    rigid_rotate(a.orientation, b.position, out.position);
-    for (int i = 0; i < 3; i++) out.position[i] += a.position[i];
-    rigid_quaternion_product(a.orientation, b.orientation, out.orientation);
-    return out;
-}
-
 static inline void rigid_about(const double unit_axis[3], double angle, double out[4])
 {
     double s = sin(angle / 2);

@@ -14,9 +14,16 @@ bool robot_load(robot *out, pool *p, const robot_source *source, load_report *r)
     size_t size;
     const char *data = text_read_file(p, source->urdf, XML_SIZE_MAX, &size, r);
     if (!data || !urdf_parse(&out->model, p, data, size, source->urdf, r)) return false;
-    if (!source->srdf) return true;
-    data = text_read_file(p, source->srdf, XML_SIZE_MAX, &size, r);
-    return data && srdf_parse(&out->semantics, p, &out->model, data, size, source->srdf, r);
+    return !source->srdf || robot_load_srdf(out, source->srdf, r);
+}
+
+bool robot_load_srdf(robot *b, const char *path, load_report *r)
+{
+    size_t size;
+    const char *data = text_read_file(b->pool, path, XML_SIZE_MAX, &size, r);
+    if (!data || !srdf_parse(&b->semantics, b->pool, &b->model, data, size, path, r)) return false;
+    b->source.srdf = pool_copy(b->pool, path);
+    return true;
 }
 
 void robot_default_values(const robot *b, double *values)

@@ -42,6 +42,8 @@ typedef struct robot {
 
 /* Parses both files; meshes are read by robot_bodies. What `source` points to must live as long as the robot. */
 bool robot_load(robot *out, pool *p, const robot_source *source, load_report *r);
+/* An SRDF afterwards, in place of the one before; before robot_bodies, which makes rules of it. */
+bool robot_load_srdf(robot *b, const char *path, load_report *r);
 
 /* Zero, or the limit next to it. `values` has robot.model.joint_count entries here and below. */
 void robot_default_values(const robot *b, double *values);

@@ -39,7 +39,7 @@ void robot_forward(const robot *b, const double *values, collided_pose *links)
     for (int i = 0; i < u->joint_count; i++) {
         const urdf_joint *j = &u->joints[u->order[i]];
         collided_pose motion = joint_motion(j, joint_value(u, u->order[i], values));
-        links[j->child] = rigid_product(links[j->parent], rigid_product(j->origin, motion));
+        links[j->child] = collided_pose_product(links[j->parent], collided_pose_product(j->origin, motion));
     }
 }
 
@@ -56,6 +56,6 @@ void robot_body_poses(const robot *b, collided_pose base, const double *values, 
     collided_pose *links = pool_alloc(&work, (size_t)b->model.link_count, sizeof *links);
     robot_forward(b, values, links);
     for (int i = 0; i < b->model.link_count; i++)
-        if (b->model.links[i].shape_count > 0) *out++ = rigid_product(base, links[i]);
+        if (b->model.links[i].shape_count > 0) *out++ = collided_pose_product(base, links[i]);
     pool_free(&work);
 }

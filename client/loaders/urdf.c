@@ -233,13 +233,39 @@ static bool read_mimics(const xml_file *f, urdf *u)
     return true;
 }
 
+/* The first element of xacro's in the document, in its order. (What xacro has written often still declares its name
+ * space, so that alone means nothing.) */
+static const xmlNode *find_xacro(const xmlNode *root)
+{
+    for (const xmlNode *n = root; n;) {
+        bool own = n->ns && n->ns->prefix && strcmp((const char *)n->ns->prefix, "xacro") == 0;
+        if (n->type == XML_ELEMENT_NODE && (own || strncmp((const char *)n->name, "xacro:", 6) == 0)) return n;
+        if (n->type == XML_ELEMENT_NODE && n->children) {
+            n = n->children;
+            continue;
+        }
+        while (n != root && !n->next) n = n->parent;
+        n = n == root ? NULL : n->next;
+    }
+    return NULL;
+}
+
+static bool refuse_xacro(const xml_file *f)
+{
+    const xmlNode *n = find_xacro(xml_root(f));
+    return !n || xml_fail(f, n,
+                     "this is a xacro file, from which a URDF is made: run 'xacro FILE > robot.urdf' (ROS) "
+                     "and load what it writes");
+}
+
 bool urdf_parse(urdf *out, pool *p, const char *data, size_t size, const char *file, load_report *r)
 {
     *out = (urdf){.file = pool_copy(p, file)};
     xml_file f = {.name = out->file, .pool = p, .report = r};
     if (!xml_open(&f, data, size, "robot")) return false;
-    out->name = xml_name(&f, xml_root(&f), "name");
-    bool ok = out->name && read_links(&f, out) && read_joints(&f, out) && read_mimics(&f, out);
+    bool ok = refuse_xacro(&f);
+    if (ok) out->name = xml_name(&f, xml_root(&f), "name");
+    ok = ok && out->name && read_links(&f, out) && read_joints(&f, out) && read_mimics(&f, out);
     xml_close(&f);
     return ok && urdf_make_tree(out, p, r);
 }

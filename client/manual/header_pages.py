@@ -1,6 +1,7 @@
-"""header_pages: manual pages of section 3 from the comments of collided.h: an overview, and a page for each function.
+"""header_pages: manual pages of section 3 from the comments of a public header, collided.h or collided_load.h: an
+overview, and a page for each function.
 
-Run by the build: header_pages.py HEADER FOLDER RELEASE. A function, structure or enumeration without a comment of its
+Run by the build: header_pages.py HEADER PACKAGE FOLDER RELEASE; PACKAGE is pkg-config's name of it. A function, structure or enumeration without a comment of its
 own ends the build: the comment stands before it, behind it on its line, or behind a structure's first brace.
 """
 
@@ -9,7 +10,7 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-HEADER = "collided.h"
+HEADER = Path(sys.argv[1] if len(sys.argv) > 1 else "collided.h").name
 BRIEF_MOST = 100
 COMMENT = re.compile(r"/\*(.*?)\*/", re.S)
 # A comment before, the declaration up to the ';' outside of braces, and a comment behind it on the same line.
@@ -157,12 +158,12 @@ def function_page(function, types, others, release):
     return "\n".join(lines) + "\n"
 
 
-def overview_page(text, sections, release):
+def overview_page(text, sections, package, release):
     title, _, rest = text.partition("\n\n")
     lines = [heading(HEADER.upper(), release), ".SH NAME",
              f"{HEADER} \\- {escape(title.partition(': ')[2].replace(' collided(8)', '').rstrip('.'))}",
              ".SH SYNOPSIS", ".nf", f".B #include <{HEADER}>", ".PP",
-             "cc client.c $(pkg\\-config \\-\\-cflags \\-\\-libs collided)", ".fi",
+             f"cc client.c $(pkg\\-config \\-\\-cflags \\-\\-libs {escape(package)})", ".fi",
              ".SH DESCRIPTION", prose(rest)]
     for section in sections:
         lines.append(f".SH {escape(section.title.upper())}")
@@ -175,14 +176,14 @@ def overview_page(text, sections, release):
     return "\n".join(lines) + "\n"
 
 
-def main(header, folder, release):
+def main(header, package, folder, release):
     overview, sections = parse(Path(header).read_text(encoding="utf-8"))
     types = {d.name: d for s in sections for d in s.declarations if not d.is_function}
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.3"):  # of functions that are gone
         old.unlink()
-    (folder / f"{HEADER}.3").write_text(overview_page(overview, sections, release), encoding="utf-8")
+    (folder / f"{HEADER}.3").write_text(overview_page(overview, sections, package, release), encoding="utf-8")
     for section in sections:
         functions = [d for d in section.declarations if d.is_function]
         for one in functions:
@@ -191,6 +192,6 @@ def main(header, folder, release):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 4:
-        sys.exit("usage: header_pages.py HEADER FOLDER RELEASE")
+    if len(sys.argv) != 5:
+        sys.exit("usage: header_pages.py HEADER PACKAGE FOLDER RELEASE")
     main(*sys.argv[1:])

@@ -1,5 +1,6 @@
 # install.cmake: what is installed where, and the packages that cpack makes of it: collided (the daemon, the command line
-# and the demo), collided-web, libcollided0, libcollided-dev, and python3-collided where Python's half is built. Included last: it names targets of all folders.
+# and the demo), collided-web, libcollided0, libcollided-dev, libcollided-load0, libcollided-load-dev, and python3-collided
+# where Python's half is built. Included last: it names targets of all folders.
 # Programs lie together in lib/collided, as in the build folder's bin: each finds what belongs to it beside itself. Links
 # in bin lead to those that people call.
 include(GNUInstallDirs)
@@ -67,8 +68,35 @@ install(FILES ${prepared}/collidedConfig.cmake ${prepared}/collidedConfigVersion
 install(FILES ${PROJECT_SOURCE_DIR}/client/README.md DESTINATION ${doc}/libcollided-dev COMPONENT libcollided-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/idl/README.md DESTINATION ${doc}/libcollided-dev RENAME protocol.md
   COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/idl/collided.idl ${PROJECT_SOURCE_DIR}/idl/collided.lcm
+  ${PROJECT_SOURCE_DIR}/idl/profiles/fastdds.xml
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/idl COMPONENT libcollided-dev)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.py ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.mjs
+  DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
 
-# The examples that need nothing but the library; the arm's controller needs the loaders, which are internal.
+# ---- libcollided-load0, libcollided-load-dev: URDF, SRDF and scenes, with what they need of other libraries ----
+
+install(TARGETS collided_load_shared
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libcollided-load0 NAMELINK_COMPONENT libcollided-load-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/load/collided_load.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT libcollided-load-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/load/SCENES.md DESTINATION ${doc}/libcollided-load-dev
+  COMPONENT libcollided-load-dev)
+configure_file(${debian}/collided-load.pc.in ${prepared}/collided-load.pc @ONLY)
+install(FILES ${prepared}/collided-load.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-load-dev)
+set(load_config ${CMAKE_INSTALL_LIBDIR}/cmake/collided_load)
+configure_package_config_file(${debian}/collided_loadConfig.cmake.in ${prepared}/collided_loadConfig.cmake
+  INSTALL_DESTINATION ${load_config} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
+write_basic_package_version_file(${prepared}/collided_loadConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${prepared}/collided_loadConfig.cmake ${prepared}/collided_loadConfigVersion.cmake
+  DESTINATION ${load_config} COMPONENT libcollided-load-dev)
+foreach(file arm_controller.c arm.urdf arm.srdf)
+  install(FILES ${PROJECT_SOURCE_DIR}/client/examples/${file}
+    DESTINATION ${doc}/libcollided-load-dev/examples COMPONENT libcollided-load-dev)
+endforeach()
+
+# ---- examples of libcollided-dev ----
+
 foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c cell_watcher.c impact_simulator.c
     impact_scene.c impact_scene.h billiards.c billiards_picture.c box_stack.c lockstep.c lockstep.h impact_heap.c
     impact_heap.h dynamics.c dynamics.h)

@@ -23,6 +23,7 @@ foreach(section 1 5 8)
   install_compressed(${manual}/man${section}/* ${CMAKE_INSTALL_MANDIR}/man${section} collided)
 endforeach()
 install_compressed(${manual}/man3/* ${CMAKE_INSTALL_MANDIR}/man3 libcollided-dev)
+install_compressed(${manual}/man3load/* ${CMAKE_INSTALL_MANDIR}/man3 libcollided-load-dev)
 install(FILES ${manual}/bash-completion/collided ${manual}/bash-completion/collidectl
   DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions COMPONENT collided)
 

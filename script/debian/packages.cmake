@@ -15,7 +15,8 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON) # no packages with debug information: whoever debugs, builds
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(CPACK_COMPONENTS_ALL collided collided-web libcollided0 libcollided-dev)
+set(CPACK_COMPONENTS_ALL collided collided-web libcollided0 libcollided-dev
+  libcollided-load0 libcollided-load-dev)
 if(COLLIDED_PYTHON_BUILT)
   list(APPEND CPACK_COMPONENTS_ALL python3-collided)
 endif()
@@ -76,6 +77,28 @@ Cyclone DDS or LCM, and receive events and distances, each with its proof.
 
 This package has the header, files for pkg-config and CMake, the manual and
 examples.")
+
+# It is linked to libcollided.so.0, which is in the folder of the build.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/client)
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD0_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD0_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD0_PACKAGE_DEPENDS "libcollided0 (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD0_PACKAGE_CONTROL_EXTRA
+  ${debian}/triggers ${debian}/none/postinst ${debian}/none/postrm)
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD0_DESCRIPTION "robots and scenes for clients of the collision daemon collided
+Reads URDF, SRDF, their meshes, and scenes in YAML, and makes bodies of them
+for the daemon collided(8), by way of its client library libcollided.")
+
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD-DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD-DEV_PACKAGE_DEPENDS
+  "libcollided-load0 (= ${PROJECT_VERSION}), libcollided-dev (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_LIBCOLLIDED-LOAD-DEV_DESCRIPTION
+  "robots and scenes for clients of the collision daemon collided (development)
+Reads URDF, SRDF, their meshes, and scenes in YAML, and makes bodies of them
+for the daemon collided(8), by way of its client library libcollided.
+
+This package has the header, files for pkg-config and CMake, the manual, and
+an example, the controller of a robot arm.")
 
 # The library is in the folder of the build, not yet where dpkg-shlibdeps would look for it.
 set(CPACK_DEBIAN_PYTHON3-COLLIDED_PACKAGE_SECTION python)

@@ -358,7 +358,9 @@ collided_status collided_record(collided *c, const char *name, double timeout_s,
 collided_status collided_get_status(collided *c, double timeout_s, collided_daemon_status *out)
 {
     (void)c, (void)timeout_s;
-    static const collided_counter counters[] = {{"bodies", 3}, {"narrow_queries", 123456}};
+    static const collided_counter counters[] = {{"bodies", 3}, {"narrow_queries", 123456}, {"contacts", 2},
+        {"contacts_of_cell", 2}, {"nearest_nm_of_cell", -1500000}, {"soonest_ns_of_cell", 960000000},
+        {"contacts_of_far", 0}};
     static int64_t
         calls; /* each answer is a second later than the one before; FAKE_DIES: after so many there is none */
     *out = (collided_daemon_status){.epoch = 0};
@@ -371,6 +373,6 @@ collided_status collided_get_status(collided *c, double timeout_s, collided_daem
         .links = "dds://0 on lo",
         .limits = "",
         .counters = counters,
-        .counter_count = 2};
+        .counter_count = getenv("FAKE_STREAMS") ? sizeof counters / sizeof *counters : 2};
     return COLLIDED_OK;
 }

@@ -89,7 +89,7 @@ static void help_lists_the_options_of_each_verb(void **state)
     static const struct {
         const char *verb, *options;
     } cases[] = {
-        {"status", "--json --wait"},
+        {"status", "--json --brief --wait"},
         {"top", "--json --once --seconds"},
         {"load", "--srdf --package --prefix --pose --state --joints --fixed --deadline --stay"},
         {"fit", "--srdf --package --excess --output --json"},

@@ -122,6 +122,11 @@ static void status_is_a_health_check(void **state)
     ask("status --json");
     prints("\"health\":\"ready\"");
     prints("\"counters\":{\"bodies\":3,\"narrow_queries\":123456}}\n");
+    setenv("FAKE_STREAMS", "1", 1);
+    ask("status --brief");
+    unsetenv("FAKE_STREAMS");
+    assert_string_equal(r.out, "ready: 3 bodies of 0 clients, 2 contacts\n"
+                               "cell: 2 contacts, nearest -1.500 mm, impact possible in 0.96 s\nfar: 0 contacts\n");
     setenv("FAKE_HEALTH", "degraded", 1);
     run_program(COLLIDECTL_FAKED, "status", &r);
     assert_int_equal(r.status, EX_TEMPFAIL);

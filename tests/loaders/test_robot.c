@@ -4,7 +4,10 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 typedef struct matrix {
     double m[4][4];
@@ -230,6 +233,55 @@ static void packages_around_the_model_are_found(void **state)
     fixture_end(&f);
 }
 
+/* Where ROS would look: after the list and the folders around the model, and without naming what is not there. */
+static void packages_of_ros_are_found(void **state)
+{
+    (void)state;
+    fixture f;
+    char made[] = "/tmp/collided_packages_XXXXXX", path[256];
+    static const char *const folders[] = {"", "/src", "/src/repo", "/src/repo/deep_pkg", "/src/flat_pkg", "/prefix",
+        "/prefix/share", "/prefix/share/ament_pkg", "/model", "/model/meshes"};
+    fixture_begin(&f);
+    assert_non_null(mkdtemp(made));
+    for (size_t i = 1; i < sizeof folders / sizeof *folders; i++) {
+        snprintf(path, sizeof path, "%s%s", made, folders[i]);
+        assert_int_equal(mkdir(path, 0700), 0);
+    }
+    snprintf(path, sizeof path, "%s/model/meshes/a.stl", made);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fclose(file);
+    snprintf(path, sizeof path, "/nowhere::%s/src/:%s/src/flat_pkg", made, made);
+    setenv("ROS_PACKAGE_PATH", path, 1);
+    snprintf(path, sizeof path, "/nowhere:%s/prefix", made);
+    setenv("AMENT_PREFIX_PATH", path, 1);
+    static const struct {
+        const char *uri, *end;
+    } cases[] = {{"package://flat_pkg/m.stl", "/src/flat_pkg/m.stl"},
+        {"package://deep_pkg/m.stl", "/src/repo/deep_pkg/m.stl"},
+        {"package://ament_pkg/m.stl", "/prefix/share/ament_pkg/m.stl"},
+        {"package://unpacked/meshes/a.stl", "/model/meshes/a.stl"}};
+    snprintf(path, sizeof path, "%s/model", made);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const char *found = package_resolve(&f.pool, cases[i].uri, path, NULL, 0, "x", &f.report);
+        if (!found) fail_msg("%s", f.report.error);
+        char expected[256];
+        snprintf(expected, sizeof expected, "%s%s", made, cases[i].end);
+        assert_string_equal(found, expected);
+    }
+    assert_null(package_resolve(&f.pool, "package://../meshes/a.stl", path, NULL, 0, "x", &f.report));
+    assert_non_null(strstr(f.report.error, "AMENT_PREFIX_PATH"));
+    unsetenv("ROS_PACKAGE_PATH");
+    unsetenv("AMENT_PREFIX_PATH");
+    snprintf(path, sizeof path, "%s/model/meshes/a.stl", made);
+    unlink(path);
+    for (size_t i = sizeof folders / sizeof *folders; i-- > 0;) {
+        snprintf(path, sizeof path, "%s%s", made, folders[i]);
+        assert_int_equal(rmdir(path), 0);
+    }
+    fixture_end(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -240,6 +292,7 @@ int main(void)
         cmocka_unit_test(without_srdf_joined_links_may_touch),
         cmocka_unit_test(unknown_packages_and_missing_meshes_are_told),
         cmocka_unit_test(packages_around_the_model_are_found),
+        cmocka_unit_test(packages_of_ros_are_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -79,7 +79,7 @@ static collided_pose moved(const urdf_joint *j, double value)
         for (int k = 0; k < 3; k++) motion.position[k] = value * j->axis[k];
     else if (j->type != URDF_FIXED)
         rigid_about(j->axis, value, motion.orientation);
-    return rigid_product(j->origin, motion);
+    return collided_pose_product(j->origin, motion);
 }
 
 /* Pose of a link in the common link's frame; fills in the joints on its way, which are numbered from there. */
@@ -95,11 +95,11 @@ static collided_pose place_branch(const never_path *p, const double *variables, 
             const never_joint *own = &p->joints[i];
             if (own->joint != way[count] || own->upward != upward) continue;
             value = own->factor * variables[own->variable] + own->offset;
-            collided_pose frame = rigid_product(pose, j->origin);
+            collided_pose frame = collided_pose_product(pose, j->origin);
             memcpy(out->origin[i], frame.position, sizeof frame.position);
             rigid_rotate(frame.orientation, j->axis, out->axis[i]);
         }
-        pose = rigid_product(pose, moved(j, value));
+        pose = collided_pose_product(pose, moved(j, value));
     }
     return pose;
 }
