@@ -79,6 +79,8 @@ install(TARGETS collided_load_shared
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libcollided-load0 NAMELINK_COMPONENT libcollided-load-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/client/load/collided_load.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT libcollided-load-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/load/SCENES.md DESTINATION ${doc}/libcollided-load-dev
+  COMPONENT libcollided-load-dev)
 configure_file(${debian}/collided-load.pc.in ${prepared}/collided-load.pc @ONLY)
 install(FILES ${prepared}/collided-load.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-load-dev)
 set(load_config ${CMAKE_INSTALL_LIBDIR}/cmake/collided_load)
