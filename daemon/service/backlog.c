@@ -225,9 +225,9 @@ void backlog_built(service *s, stream *to)
 
 /* ---- what goes out ---- */
 
-/* All streams together: to encode and send so much takes some 15 ms. The rest goes in the next rounds, which follow at
+/* All streams together: to encode and send so much takes some 8 ms. The rest goes in the next rounds, which follow at
  * once, the streams by turns. */
-static const size_t A_ROUND_BYTES = 8 << 20;
+static const size_t A_ROUND_BYTES = 4 << 20;
 
 static bool round_is_full(service *s)
 {

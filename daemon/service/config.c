@@ -72,7 +72,7 @@ static const config_option OPTIONS[] = {
         "keeps an interval that is wider than asked but holds, is reported as stopped by the budget, counted (undone), "
         "and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
-    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
+    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "12000", "us",
         "time that finding and deciding pairs, and searching for impacts, may hold a tick; 0: as long as it needs",
         "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
         "which "
@@ -144,10 +144,12 @@ static const config_option OPTIONS[] = {
         "have parted. A standby needs the same limit."},
     {"max_subscriptions", CONFIG_WHOLE, FIELD(max_subscriptions), 1, 100000, NULL, "4096", "subscriptions",
         "subscriptions at once",
-        "Counts all clients together. A subscription takes about 1 kB, and time for what it is told. Over DDS its "
-        "stream "
-        "is a "
-        "writer, too, of 7 kB here and 2.3 kB in each participant that discovers it: more than 10000 are for LCM."},
+        "Counts all clients together. A subscription takes about 5 kB where its bodies are in contact, and time for "
+        "what "
+        "it is told: both grow with what is used (script/bench subscriptions). Beyond 100000 the events of a tenth of "
+        "the bodies alone are more than a tick has time for. Over DDS its stream is a writer, too, of 7 kB here and "
+        "2.3 kB in each participant that discovers it, but for the streams without a name of clients that share "
+        "writers, as those of the library do."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},

@@ -151,21 +151,21 @@ static void add_world(const service *s, sheet *t)
 /* What an operator watches, of the first streams: what was reported there and stands. */
 static void add_briefs(const service *s, sheet *t)
 {
-    enum { BRIEFS = 16, PAIRS_A_BRIEF = 20000 /* a millisecond or so */ };
-    size_t told = 0;
+    enum { BRIEFS = 16, PAIRS_A_BRIEF = 20000 /* a millisecond or two */ };
+    size_t told = 0, left = 2 * PAIRS_A_BRIEF; /* left: pairs of all of them together */
     for (uint32_t i = 0; i < s->streams.count && told < BRIEFS; i++) {
         const stream *to = &s->streams.at[i];
         world_brief b;
         if (!to->live || to->scene || !to->reported) continue;
         told++;
-        bool all = world_brief_of(s->world, i, PAIRS_A_BRIEF, &b);
+        bool all = world_brief_of(s->world, i, left < PAIRS_A_BRIEF ? left : PAIRS_A_BRIEF, &b);
+        left -= b.pairs;
         sheet_add_named(t, (int64_t)b.contacts, "contacts_of_%s", to->name);
         sheet_add_named(t, (int64_t)b.unknown, "unknown_of_%s", to->name);
         if (isfinite(b.nearest)) sheet_add_named(t, (int64_t)floor(1e9 * b.nearest), "nearest_nm_of_%s", to->name);
         int64_t left_ns = b.soonest_ns > s->now_ns ? b.soonest_ns - s->now_ns : 0;
         if (b.soonest_ns != INT64_MAX) sheet_add_named(t, left_ns, "soonest_ns_of_%s", to->name);
-        int64_t oldest_ns = all ? world_oldest_stamp_ns(s->world, i) : 0;
-        if (oldest_ns) sheet_add_named(t, s->now_ns - oldest_ns, "oldest_pose_ns_of_%s", to->name);
+        if (all && b.oldest_ns) sheet_add_named(t, s->now_ns - b.oldest_ns, "oldest_pose_ns_of_%s", to->name);
         if (!all) sheet_add_named(t, 1, "brief_cut_of_%s", to->name);
     }
 }

@@ -137,7 +137,7 @@ void inbox_apply(service *s)
 static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered then comes first in the next */
 
 /* In the order in which they came, so that it is their turn who were late in the last tick. The first that is not
- * answered. */
+ * answered. A purse pays for what its query took of a processor: that others had the processor meanwhile is not its. */
 static size_t answer_queries(service *s, const command *queries, size_t count)
 {
     int64_t began_ns = clock_monotonic_ns(), now_ns = began_ns;
@@ -145,13 +145,13 @@ static size_t answer_queries(service *s, const command *queries, size_t count)
     for (; i < count && (now_ns - began_ns < ANSWERS_NS || s->replaying); i++) {
         wire_message m;
         const command *l = &queries[i];
-        int64_t before_ns = now_ns;
+        int64_t before_ns = clock_thread_ns();
         if (!open_command(s, l, &m)) continue;
         suspect_begin(s, &m);
         answer_query(s, l->link, &m.query);
         suspect_end(s);
         now_ns = clock_monotonic_ns();
-        shares_answered(s, l, &m, now_ns - before_ns);
+        shares_answered(s, l, &m, clock_thread_ns() - before_ns);
     }
     return i;
 }

@@ -85,6 +85,7 @@ typedef struct service {
     lock_step lock_step;
     int64_t last_batch;        /* the highest number in streams that have ended */
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
+    size_t heartbeat_turn;     /* stream that is looked at first when some are */
     int64_t next_watch_ns;     /* of what waits on streams, monotonic; INT64_MAX: nothing does */
     size_t scenes;             /* streams of scenes: what they have is told by scene.c */
     int64_t next_scene_ns;     /* when one of them may be told more, monotonic */
@@ -107,6 +108,8 @@ typedef struct service {
     double slice_unit_ns;                /* what a unit of it takes, as learnt */
     double effort_unit_ns;               /* the same of world_effort; ... */
     double received_us;                  /* expected work of what came in this round and is no poses */
+    double receive_look_us;              /* of it, when the clock is read again */
+    int64_t receive_began_ns;            /* this thread's, of a processor; 0: the clock says nothing */
     int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
     uint64_t recorded_work;              /* of this tick, in a replay ... */
     bool recorded_budget;                /* ... of one with a budget */

@@ -76,6 +76,7 @@ struct shares {
     size_t crowded_at;     /* so many purses: time to drop those that nobody needs */
     double left_us;        /* of this tick */
     double commands_us;    /* of it, what was admitted and is neither poses nor queries, which are elsewhere */
+    double dear;           /* by how much commands take longer than their prices say, of late; at least 1 */
     bool dirty;            /* what purses have is to be counted anew */
     wire_memory *memory;
     metric *waited, *refused, *deferrals, *greeted;
@@ -92,6 +93,7 @@ shares *shares_create(void)
     pair_map_init(&h->lives);
     h->memory = wire_memory_create();
     h->left_us = TICK_US;
+    h->dear = 1;
     h->dirty = true;
     return h;
 }
@@ -293,8 +295,10 @@ static double looked_through_us(service *s, const wire_message *m)
 static price price_for(service *s, const purse *p, const wire_message *m)
 {
     price cost = price_of(m, s->shares->bodies);
-    double factor = m->kind == WIRE_QUERY ? p->factor : 1, more = looked_through_us(s, m);
-    return (price){factor * cost.in_tick + more, factor * cost.in_all + more};
+    bool command = m->kind != WIRE_QUERY && m->kind != WIRE_POSE_BATCH;
+    double factor = m->kind == WIRE_QUERY ? p->factor : 1, slower = command ? s->shares->dear : 1,
+           more = looked_through_us(s, m);
+    return (price){factor * slower * cost.in_tick + more, factor * cost.in_all + more};
 }
 
 /* ---- what a purse has ---- */
@@ -722,6 +726,22 @@ void shares_release(service *s)
 double shares_expected_us(const service *s)
 {
     return s->shares->commands_us;
+}
+
+/* Prices are those of a quick machine that has memory to give. Where others use the processor's caches, or the host of
+ * a virtual machine has yet to find the memory, a tick takes fewer commands. What they pay stays the same. */
+static const double LEARN_FROM_US = 1000, DEAREST = 16, FORGET = 0.1;
+
+bool shares_learn(const service *s)
+{
+    return !s->replaying && s->shares->commands_us >= LEARN_FROM_US;
+}
+
+void shares_carried_out(service *s, int64_t took_ns)
+{
+    shares *h = s->shares;
+    double ratio = h->dear * 1e-3 * (double)took_ns / h->commands_us;
+    h->dear = fmin(fmax(1, fmax(ratio, h->dear + FORGET * (ratio - h->dear))), DEAREST);
 }
 
 bool shares_want_tick(const service *s)

@@ -35,8 +35,12 @@ shares_verdict shares_admit(service *s, struct link *from, const wire_message *m
 
 /* Each round, after the links have been taken from: what may go now is taken. */
 void shares_release(service *s);
-/* Of what was admitted since the last tick, commands that the next one is to carry out, by their prices. */
+/* Of what was admitted since the last tick, commands that the next one is to carry out: what they are expected to take,
+ * by their prices, and by how much longer commands took of late. */
 double shares_expected_us(const service *s);
+/* How long the tick took to carry these out, of a processor. Only of much is learnt: ask shares_learn first. */
+bool shares_learn(const service *s);
+void shares_carried_out(service *s, int64_t took_ns);
 /* After the commands of a tick have been carried out. */
 void shares_ticked(service *s);
 /* Monotonic: when something that waits may go on; INT64_MAX: nothing does. */

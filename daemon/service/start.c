@@ -109,7 +109,7 @@ static int check_links(const config *c, char *why, size_t why_size)
  * system each time, its pages would be cleared each time. */
 static void keep_memory(void)
 {
-    enum { LARGEST = 32 << 20, KEPT = 64 << 20 }; /* bytes */
+    enum { LARGEST = 4 << 20, KEPT = 64 << 20 }; /* bytes; beyond, an array that grows is not copied: its pages move */
     mallopt(M_MMAP_THRESHOLD, LARGEST);
     mallopt(M_TRIM_THRESHOLD, KEPT);
 }

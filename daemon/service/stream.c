@@ -30,7 +30,7 @@ static void open_at(service *s, session *c, const wire_subscription *m, uint32_t
         .each_tick = m->rate_hz == 0};
     scene_subscribed(s, &s->streams.at[world_id], m);
     stream_names_add(s, world_id);
-    c->link->ops->stream_open(c->link, name);
+    c->link->ops->stream_open(c->link, name, c->client);
 }
 
 static void name_of_stream(const session *c, const wire_subscription *m, char name[WIRE_NAME_MAX + 1])
@@ -60,7 +60,8 @@ void stream_open(service *s, session *c, const wire_subscription *m, uint32_t wo
     if (old) old->each_tick = m->rate_hz == 0;
     if (old) scene_subscribed(s, old, m);
     if (old && old->link == c->link && strcmp(old->name, name) == 0) {
-        if (!old->read) old->link->ops->stream_open(old->link, name); /* asked again: is somebody there after all? */
+        if (!old->read)
+            old->link->ops->stream_open(old->link, name, c->client); /* asked again: is somebody there after all? */
         return;
     }
     if (old) stream_close(s, world_id);
@@ -514,26 +515,33 @@ void stream_publish(service *s, const world_batches *batches)
 /* It is no batch: it has the number of the last one, so that a lost heartbeat is no loss, and a lost batch is found
  * out.
  */
-static void beat(service *s, uint32_t id)
+static void beat(service *s, uint32_t id, int64_t oldest_ns)
 {
     stream *to = &s->streams.at[id];
     wire_message m = message_for(s, to);
     m.event_batch.heartbeat = 1;
     m.event_batch.behind = (int32_t)backlog_count(&to->backlog);
-    m.event_batch.oldest_pose_ns = world_oldest_stamp_ns(s->world, id);
+    m.event_batch.oldest_pose_ns = oldest_ns;
     to->link->ops->publish(to->link, &m);
     metric_count(s->count.heartbeats, 1);
     to->reported_ns = s->monotonic_ns;
 }
 
+/* One of very many pairs comes a few rounds later: all that it rests on is looked through, some of it in each round. */
 void stream_heartbeats(service *s)
 {
     if (s->monotonic_ns < s->next_heartbeat_ns) return;
     s->next_heartbeat_ns = INT64_MAX;
-    for (uint32_t i = 0; i < s->streams.count; i++) {
+    size_t looked = 0, count = s->streams.count, first = s->heartbeat_turn;
+    for (size_t n = 0; n < count; n++) {
+        size_t i = (first + n) % count;
         stream *to = &s->streams.at[i];
+        int64_t oldest_ns;
         if (!to->live || !to->read || !to->reported) continue;
-        if (s->monotonic_ns - to->reported_ns >= heartbeat_ns(s)) beat(s, i);
+        bool is_due = s->monotonic_ns - to->reported_ns >= heartbeat_ns(s), has_room = looked < OLDEST_STAMP_PART;
+        if (is_due && has_room && world_oldest_stamp(s->world, (uint32_t)i, &looked, &oldest_ns))
+            beat(s, (uint32_t)i, oldest_ns);
+        if (is_due && has_room && looked >= OLDEST_STAMP_PART) s->heartbeat_turn = i + 1; /* who comes next */
         expect_heartbeat(s, to);
     }
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);

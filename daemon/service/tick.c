@@ -62,10 +62,15 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
 static const double SLICE_LEAST = 2e6;
 /* Nanoseconds: what ticks show of a unit may be far less, where they looked up what had been found out. The next tick,
  * which has to find out, is not to take all that this seems to leave. */
-static const double UNIT_LEAST_NS = 1;
+static const double UNIT_LEAST_NS = 3, UNIT_FIRST_NS = 4;   /* as long as no tick has shown anything */
 static const double SLICE_LEFT = 0.5;                       /* of it, whatever else a round does */
 static const double LEARN_SLOWER = 0.5, LEARN_FASTER = 0.1; /* of what the last tick has shown */
 static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
+
+static double unit_ns(const service *s)
+{
+    return s->slice_unit_ns > 0 ? s->slice_unit_ns : UNIT_FIRST_NS;
+}
 
 /* What has been received in this round, and is to be carried out, is a part of what the slice is to bound. */
 void service_choose_slice(service *s, int64_t spent_ns)
@@ -73,7 +78,7 @@ void service_choose_slice(service *s, int64_t spent_ns)
     double before_us =
         1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)(world_effort(s->world) + steps_effort(s));
     double us = fmax(s->config.slice_us - before_us, SLICE_LEFT * s->config.slice_us);
-    double units = 1e3 * us / (s->slice_unit_ns > 0 ? s->slice_unit_ns : 1);
+    double units = 1e3 * us / unit_ns(s);
     units = fmax(units, SLICE_LEAST);
     s->slice = s->config.slice_us > 0 ? (uint64_t)units : 0;
 }
@@ -84,7 +89,7 @@ void service_learn_slice(service *s, int64_t took_ns)
 {
     uint64_t units = world_get_figures(s->world).slice_units;
     if (!world_was_sliced(s->world) || units < SLICE_TO_LEARN_FROM) return;
-    double was = s->slice_unit_ns > 0 ? s->slice_unit_ns : 1, is = (double)took_ns / (double)units;
+    double was = unit_ns(s), is = (double)took_ns / (double)units;
     if (is > 2 * was) is = 2 * was;
     s->slice_unit_ns = fmax(was + (is > was ? LEARN_SLOWER : LEARN_FASTER) * (is - was), UNIT_LEAST_NS);
 }
@@ -93,7 +98,7 @@ void service_learn_slice(service *s, int64_t took_ns)
 void service_learn_effort(service *s, uint64_t effort, int64_t took_ns)
 {
     static const double MOST = 8; /* a mistake is not to last */
-    double slice_ns = (double)world_get_figures(s->world).slice_units * fmax(s->slice_unit_ns, 1);
+    double slice_ns = (double)world_get_figures(s->world).slice_units * unit_ns(s);
     if (effort < SLICE_TO_LEARN_FROM) return;
     double was = fmax(s->effort_unit_ns, 1), is = fmax((double)took_ns - slice_ns, 0) / (double)effort;
     is = fmin(is, fmin(2 * was, MOST));
@@ -177,12 +182,20 @@ bool service_is_behind(const service *s)
            s->monotonic_ns - s->pending_last_ns < PENDING_OVER_NS;
 }
 
+static void carry_out_commands(service *s)
+{
+    bool learn = shares_learn(s);
+    int64_t began_ns = learn ? clock_thread_ns() : 0;
+    inbox_apply(s);
+    if (learn) shares_carried_out(s, clock_thread_ns() - began_ns);
+}
+
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
 void service_tick(service *s)
 {
     world_batches batches;
     service_follow_clock(s);
-    inbox_apply(s);
+    carry_out_commands(s);
     s->stepped = false;
     stream_ask_all(s);
     world_set_slice(s->world, s->slice ? s->slice : UINT64_MAX);

@@ -44,7 +44,11 @@ static goers *goers_for(world *w, uint64_t owner)
 world_status world_remove_soon(world *w, uint32_t id, uint8_t cause)
 {
     if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
-    body *b = &w->bodies.at[id];
+    enum { AHEAD = 16 }; /* a client's bodies most often have ids that follow each other, and all of them go */
+    body *b = &w->bodies.at[id], *later = &w->bodies.at[id + AHEAD < w->bodies.count ? id + AHEAD : id];
+    __builtin_prefetch(&later->goes, 1);
+    __builtin_prefetch(&later->owner);
+    __builtin_prefetch(&later->label);
     if (b->goes) return WORLD_OK;
     b->goes = true;
     b->ghost_cause = cause;

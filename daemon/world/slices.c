@@ -625,9 +625,12 @@ static void wake_concerned(world *w)
 
 static void find_concerned(world *w)
 {
+    enum { AHEAD = 16 }; /* bodies: each is several lines of memory */
     w->concerned.count = 0;
     for (size_t i = 0; i < w->bodies.count && (w->due || w->parked || w->searching); i++) {
-        const body *b = &w->bodies.at[i];
+        const body *b = &w->bodies.at[i], *later = &w->bodies.at[i + AHEAD < w->bodies.count ? i + AHEAD : i];
+        __builtin_prefetch(&later->is_due);
+        __builtin_prefetch(&later->searches_left);
         if (b->used && !b->ghost && (b->is_due || b->is_parked || b->searches_left)) note_concerned(w, b);
     }
 }

@@ -182,6 +182,13 @@ typedef struct ruling {          /* what the filters of two bodies say, as long 
     int8_t looks;
 } ruling;
 
+typedef struct stamp_search { /* for the oldest stamp of one subscription, in parts: see news.c */
+    bool on;
+    uint32_t subscription, waits; /* waits: another one that has asked since, + 1; 0: there is none */
+    size_t next;                  /* watch */
+    int64_t oldest_ns;            /* so far */
+} stamp_search;
+
 typedef struct watch { /* one line; what was reported last is beside it, under the same id: see watch.c */
     _Alignas(64) uint32_t pair;
     uint32_t subscription;
@@ -489,6 +496,7 @@ struct world {
     search_list waiting[SEARCH_LISTS]; /* pairs whose searches have been put off: see impact_wait.c */
     uint32_t search_turn;              /* the list that goes first */
     size_t searching, searching_bodies;
+    stamp_search stamps;
     ARRAY(leaver) searchers;     /* whose bodies these are */
     size_t ccds;                 /* bodies with a mode of their own */
     ARRAY(uint32_t) past_bodies; /* that keep motions of ticks that are over; ... */
@@ -794,7 +802,9 @@ size_t impact_waiting_of(const world *w, uint64_t owner); /* his bodies that hav
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
-/* news.c: of two events of one watch. */
+/* news.c */
+void news_begins(world *w, uint32_t watch); /* one that was not there before: for world_oldest_stamp */
+/* ... of two events of one watch. */
 /* The same bits in all but the ages: reported again, it would say nothing. The names are equal but for which is A. */
 bool news_same_facts(const world_event *a, const world_event *b);
 bool news_same_impact(const world_impact *a, const world_impact *b);

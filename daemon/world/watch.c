@@ -153,6 +153,7 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t subscription_id)
         i->last_watch = id;
     i->first_watch = id;
     i->watches++;
+    news_begins(w, id);
 
     uint32_t *link = &w->pairs.at[pair_id].first_watch;
     while (*link != WORLD_NONE && w->watches.at[*link].subscription < subscription_id)

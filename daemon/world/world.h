@@ -184,13 +184,19 @@ world_status world_put_subscription(world *w, uint32_t *id, const world_subscrip
 /* Ends its contacts in the next tick with this cause, in a closing batch. */
 world_status world_remove_subscription(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
-/* The oldest stamp of the poses that what is reported of it now rests on; 0: none is stamped. Walks all of it. */
-int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
+/* The oldest stamp of the poses that what is reported of it now rests on, or an older one that this rested on when the
+ * first of these calls was made; 0: none is stamped. Of more than OLDEST_STAMP_PART watches it looks at so many;
+ * false: there are more, and the next call goes on with them. One subscription at a time is looked through in parts,
+ * the others wait for it. *looked is raised by how many it looked at. */
+enum { OLDEST_STAMP_PART = 20000 /* a millisecond or two */ };
+bool world_oldest_stamp(world *w, uint32_t id, size_t *looked, int64_t *oldest_ns);
 /* What an operator watches of a subscription: what it was told last, and stands. */
 typedef struct world_brief {
     size_t contacts, unknown; /* pairs that touch; pairs of which nothing can be said */
     double nearest;           /* m: the least lower bound of those that touch or are near; INFINITY: there are none */
     int64_t soonest_ns;       /* when the first of the predicted contacts may be, ns since the Unix epoch; INT64_MAX */
+    int64_t oldest_ns;        /* the oldest stamp of the poses that it rests on; 0: none is stamped */
+    size_t pairs;             /* that were looked at */
 } world_brief;
 /* Walks at most `most` pairs of it; false: there are more, and *out is of the first of them. */
 bool world_brief_of(const world *w, uint32_t id, size_t most, world_brief *out);

@@ -69,6 +69,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/client/README.md DESTINATION ${doc}/libcolli
 install(FILES ${PROJECT_SOURCE_DIR}/idl/README.md DESTINATION ${doc}/libcollided-dev RENAME protocol.md
   COMPONENT libcollided-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/idl/collided.idl ${PROJECT_SOURCE_DIR}/idl/collided.lcm
+  ${PROJECT_SOURCE_DIR}/idl/profiles/fastdds.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/idl COMPONENT libcollided-dev)
 install(PROGRAMS ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.py ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.mjs
   DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)

@@ -13,7 +13,7 @@
 #include <string.h>
 
 static const long MEMORY_MB = 6000; /* the default is half of the machine's */
-static const double CPU_MS = 100;   /* 50 are promised; a core that is shared with a build does half as much a second */
+static const double CPU_MS = 100;   /* 50 are aimed at; a core that is shared with a build does half as much a second */
 
 static bool is_night(void)
 {

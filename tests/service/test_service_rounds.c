@@ -1,5 +1,6 @@
 /* How much a round takes: of commands as much as is expected to take some milliseconds, of poses as much as ticks have
  * shown to take about a slice. Counted: the service is told what things took. */
+#include "base/clock.h"
 #include "cell.h"
 #include "service/commands.h"
 #include "service/server.h"
@@ -61,11 +62,15 @@ static void report_body(server *v, int32_t number, uint32_t rules)
     tell(v, &m);
 }
 
-static int until_much(uint32_t rules)
+/* slow: what has come in this round has taken a second already. */
+static int until_much(uint32_t rules, bool slow)
 {
     server *v = start();
     link_sink sink = server_sink(v);
     int count = 0;
+    service *s = server_service(v);
+    s->receive_began_ns = slow ? clock_thread_ns() - INT64_C(1000000000) : 0;
+    s->receive_look_us = 100;
     assert_false(sink.much(sink.context));
     for (; count < MANY && !sink.much(sink.context); count++) report_body(v, count, rules);
     server_destroy(v);
@@ -75,8 +80,39 @@ static int until_much(uint32_t rules)
 static void commands_that_take_long_are_fewer_in_a_round(void **state)
 {
     (void)state;
-    assert_in_range(until_much(RULES), 10, 40);
-    assert_in_range(until_much(0), 300, 2000);
+    assert_in_range(until_much(RULES, false), 10, 40);
+    assert_in_range(until_much(0, false), 300, 2000);
+}
+
+/* Whatever they were expected to take. */
+static void commands_that_have_taken_long_wait_for_the_next_round(void **state)
+{
+    (void)state;
+    assert_in_range(until_much(RULES, true), 1, 2);
+    assert_in_range(until_much(0, true), 2, 60);
+}
+
+/* Of bodies that are announced, how many the next tick takes once commands took so many times as long as expected. */
+static size_t taken_when(double times_as_long)
+{
+    server *v = start();
+    service *s = server_service(v);
+    s->monotonic_ns = 1;
+    for (int i = 0; i < 200; i++) report_body(v, i, RULES);
+    assert_true(shares_learn(s));
+    shares_carried_out(s, (int64_t)(1e3 * times_as_long * shares_expected_us(s)));
+    shares_release(s);
+    size_t count = s->inbox.commands.count;
+    server_destroy(v);
+    return count;
+}
+
+static void commands_that_took_long_are_fewer_in_a_tick(void **state)
+{
+    (void)state;
+    size_t quick = taken_when(0.1), slow = taken_when(8);
+    assert_in_range(quick, 40, 60);
+    assert_in_range(slow, 1, 20);
 }
 
 /* ---- poses ---- */
@@ -115,6 +151,7 @@ static void poses_that_took_long_are_fewer_in_a_round(void **state)
     enum { UNITS = 4000000, A_BODY = 1000 /* units */ };
     server *v = start();
     service *s = server_service(v);
+    s->config.slice_us = 20000;
     for (int32_t i = 0; i < MANY; i++) {
         report_body(v, i, 0);
         if (i % 500 == 0) go_on(s);
@@ -144,6 +181,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(commands_that_take_long_are_fewer_in_a_round),
+        cmocka_unit_test(commands_that_have_taken_long_wait_for_the_next_round),
+        cmocka_unit_test(commands_that_took_long_are_fewer_in_a_tick),
         cmocka_unit_test(poses_that_took_long_are_fewer_in_a_round),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

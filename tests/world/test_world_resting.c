@@ -28,7 +28,11 @@ static void a_pose_sent_again_is_no_news(void **state)
             /* with the second stamp a velocity is known, which is news once */
             if (t > 3) assert_null(told);
         }
-        assert_int_equal(world_oldest_stamp_ns(w, 0), 9 * (int64_t)SECOND); /* a has none */
+        size_t looked = 0;
+        int64_t oldest_ns;
+        assert_true(world_oldest_stamp(w, 0, &looked, &oldest_ns));
+        assert_int_equal(oldest_ns, 9 * (int64_t)SECOND); /* a has none */
+        assert_int_equal(looked, 1);
         scene_move(w, b, 1.25, 10 * (int64_t)SECOND);
         const world_batch *moved = scene_tick(w, 10 * (int64_t)SECOND);
         assert_int_equal(moved->count, 1);
@@ -192,9 +196,60 @@ static void a_wide_hysteresis_is_kept_to(void **state)
     world_destroy(w);
 }
 
+/* Of so many pairs that they are looked through in parts: against all of them at once. */
+static void the_oldest_stamp_of_very_many_pairs(void **state)
+{
+    (void)state;
+    enum { BALLS = 260, MANY_PAIRS = BALLS * (BALLS - 1) / 2, PARTS_MOST = 4 };
+    world *w = scene_world(1, true);
+    world_subscription all = scene_all(WORLD_TOUCH, 0);
+    uint32_t first = scene_subscription(w, &all), second = scene_subscription(w, &all), balls[BALLS];
+    char name[16];
+    int64_t oldest_ns;
+    size_t looked = 0;
+    world_brief brief;
+    for (int i = 0; i < BALLS; i++) {
+        snprintf(name, sizeof name, "%d", i);
+        balls[i] = scene_sphere(w, name, 1e-4 * i, 1);
+    }
+    scene_tick(w, 1);
+    for (int i = 0; i < BALLS; i++) scene_move(w, balls[i], 2e-4 * i, 1000 + (i * 7) % BALLS);
+    scene_tick(w, 2000);
+    assert_true(world_brief_of(w, first, SIZE_MAX, &brief));
+    assert_in_range(brief.pairs, MANY_PAIRS, MANY_PAIRS);
+    assert_int_equal(brief.oldest_ns, 1000);
+    int parts = 1;
+    for (; !world_oldest_stamp(w, first, &looked, &oldest_ns); parts++) {
+        assert_in_range(looked, 1, (size_t)parts * OLDEST_STAMP_PART);
+        assert_false(world_oldest_stamp(w, second, &looked, &oldest_ns)); /* its turn is later */
+    }
+    assert_in_range(parts, 2, PARTS_MOST);
+    assert_int_equal(oldest_ns, 1000);
+
+    /* A pair begins behind the place that has been reached, and its pose is older than all. */
+    looked = 0;
+    assert_false(world_oldest_stamp(w, second, &looked, &oldest_ns));
+    world_remove_body(w, balls[0], CAUSE_REMOVED);
+    scene_tick(w, 2001);
+    scene_tick(w, 2002);
+    uint32_t late = scene_sphere(w, "late", 0, 1);
+    scene_move(w, late, 0, 500);
+    scene_tick(w, 2003);
+    while (!world_oldest_stamp(w, second, &looked, &oldest_ns)) assert_in_range(looked, 1, 8 * OLDEST_STAMP_PART);
+    assert_int_equal(oldest_ns, 500);
+
+    /* Who asks no more keeps nobody from his turn. */
+    assert_false(world_oldest_stamp(w, first, &looked, &oldest_ns));
+    int asked = 1;
+    while (!world_oldest_stamp(w, second, &looked, &oldest_ns)) assert_in_range(++asked, 1, 2 * PARTS_MOST);
+    assert_int_equal(oldest_ns, 500);
+    world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_oldest_stamp_of_very_many_pairs),
         cmocka_unit_test(a_pose_sent_again_is_no_news),
         cmocka_unit_test(who_wants_all_is_told_all_once),
         cmocka_unit_test(an_update_that_was_held_back_is_told_once),
