@@ -305,33 +305,47 @@ static bool complain(const char *what, const char *line)
     return fprintf(stderr, "motion_planner: %s: %.100s\n", what, line), false;
 }
 
-static bool add_body(planner *p, collided_shape shape, const char *numbers)
+/* How many numbers the text has, of which `most` are taken; -1: there is something else in it. */
+static int take_numbers(const char *text, double *out, int most)
+{
+    int count = 0;
+    for (char *end; text[strspn(text, " \n")]; text = end, count++) {
+        double number = strtod(text, &end);
+        if (end == text || count == most) return -1;
+        out[count] = number;
+    }
+    return count;
+}
+
+static bool add_body(planner *p, collided_shape shape, const double *at)
 {
     char name[64];
-    double *at = shape.pose.position, *q = shape.pose.orientation;
     collided_body_def def = collided_body_def_default();
     (void)snprintf(name, sizeof name, "obstacle_%zu", ++p->bodies_ever);
-    if (p->body_count == BODIES_MAX ||
-        sscanf(numbers, "%lf %lf %lf %lf %lf %lf %lf", at, at + 1, at + 2, q, q + 1, q + 2, q + 3) != 7)
-        return complain("a body needs a position and a quaternion (or there are too many)", numbers);
+    if (p->body_count == BODIES_MAX) return complain("a problem has too many bodies", name);
+    memcpy(shape.pose.position, at, sizeof shape.pose.position);
+    memcpy(shape.pose.orientation, at + 3, sizeof shape.pose.orientation);
     def.name = name;
     def.motion = COLLIDED_FIXED;
     def.shapes = &shape;
     def.shape_count = 1;
     p->bodies[p->body_count] = collided_create_body(p->c, &def);
-    return p->bodies[p->body_count++].id != COLLIDED_NONE || complain(collided_error(p->c), numbers);
+    return p->bodies[p->body_count++].id != COLLIDED_NONE || complain(collided_error(p->c), name);
 }
 
 static bool take_body(planner *p, const char *line)
 {
-    double a, b, d;
-    int used = 0;
-    if (sscanf(line, "box %lf %lf %lf %n", &a, &b, &d, &used) == 3)
-        return add_body(p, collided_box(a, b, d), line + used);
-    if (sscanf(line, "cylinder %lf %lf %n", &a, &b, &used) == 2)
-        return add_body(p, collided_cylinder(b, a), line + used);
-    if (sscanf(line, "sphere %lf %n", &a, &used) == 1) return add_body(p, collided_sphere(a), line + used);
-    return complain("not understood", line);
+    double v[10];
+    size_t word = strcspn(line, " \n");
+    int count = take_numbers(line + word, v, 10);
+    bool box = strncmp(line, "box ", 4) == 0, cylinder = strncmp(line, "cylinder ", 9) == 0;
+    if (!box && !cylinder && strncmp(line, "sphere ", 7) != 0) return complain("not understood", line);
+    int sizes = box ? 3 : cylinder ? 2 : 1;
+    if (count != sizes + 7) return complain("a body needs its sizes, a position and a quaternion", line);
+    collided_shape shape = box        ? collided_box(v[0], v[1], v[2])
+                           : cylinder ? collided_cylinder(v[1], v[0])
+                                      : collided_sphere(v[0]);
+    return add_body(p, shape, v + sizes);
 }
 
 static bool joint_is_fixed(const planner *p, const char *name)
@@ -349,8 +363,11 @@ static bool take_configuration(planner *p, char *words, double *out)
     char *rest = NULL, *name = strtok_r(words, " \n", &rest), *value = strtok_r(NULL, " \n", &rest);
     collided_loaded_default_values(p->arm, values);
     collided_status status = name && !value ? collided_loaded_state_values(p->arm, name, values) : COLLIDED_OK;
-    for (; name && value && !status; name = strtok_r(NULL, " \n", &rest), value = strtok_r(NULL, " \n", &rest))
-        if (!joint_is_fixed(p, name)) status = collided_loaded_set_value(p->arm, name, atof(value), values);
+    for (; name && value && !status; name = strtok_r(NULL, " \n", &rest), value = strtok_r(NULL, " \n", &rest)) {
+        double number;
+        if (take_numbers(value, &number, 1) != 1) return complain("not a number", value);
+        if (!joint_is_fixed(p, name)) status = collided_loaded_set_value(p->arm, name, number, values);
+    }
     if (status) return complain(collided_load_error(), "start or goal");
     memset(out, 0, sizeof(configuration));
     collided_loaded_configuration(p->arm, values, out);

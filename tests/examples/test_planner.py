@@ -74,7 +74,8 @@ def main():
                                 ("problem x\nstart up\ngoal nowhere\n", "has no state 'nowhere'"),
                                 ("problem x\nstart up\ngoal elbow 1 tail 2\n", "no joint 'tail'"),
                                 ("problem x\ncone 1 2\n", "not understood"),
-                                ("problem x\nbox 1 1 1 0 0 0\n", "a body needs a position")):
+                                ("problem x\nbox 1 1 1 0 0 0\n", "a body needs its sizes"),
+                                ("problem x\nstart elbow one\n", "not a number")):
                 wrong = plan(text)
                 check(wrong.returncode == 70 and words in wrong.stderr, f"{text!r}: {wrong.stderr}")
             print(f"planner: {len(lines)} problems, {sum(line['edges'] for line in lines)} edges asked")
