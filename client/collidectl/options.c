@@ -18,7 +18,7 @@ static const option table[] = {
     {"--interface", "NAME", TEXT, AT(interface), 0, 0, "",
         "network interface of the daemon, by name or address; default: this machine only"},
     {"--help", NULL, FLAG, AT(help), 0, 0, "", "this text, or that of the verb"},
-    {"--json", NULL, FLAG, AT(json), 0, 0, "status top fit check watch query replay trade doctor",
+    {"--json", NULL, FLAG, AT(json), 0, 0, "status top fit joints check watch query replay trade doctor",
         "JSON, one object a line; numbers that are not finite are null"},
     {"--brief", NULL, FLAG, AT(brief), 0, 0, "status",
         "a line for the daemon and one for each stream: contacts, nearest, soonest impact, oldest pose"},

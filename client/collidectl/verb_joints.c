@@ -1,9 +1,12 @@
-/* verb_joints: forward kinematics of a robot that an earlier run loaded; all its links move in one message. */
+/* verb_joints: the joints of a robot that an earlier run loaded: told, or moved by forward kinematics, all its links in
+ * one message. */
+#include "json.h"
 #include "loaders/text.h"
 #include "recall.h"
 #include "store_file.h"
 #include "verbs.h"
 
+#include <stdio.h>
 #include <string.h>
 #include <sysexits.h>
 
@@ -70,14 +73,92 @@ static int set_joints(ctl *c, store *s)
     return store_save(s);
 }
 
+/* ---- telling ---- */
+
+static void tell_joint_as_json(const robot *r, const urdf_joint *j, double value)
+{
+    json out = {.out = stdout};
+    json_open(&out, NULL, '{');
+    json_text(&out, "joint", j->name);
+    json_number(&out, "value", value);
+    json_text(&out, "unit", j->type == URDF_PRISMATIC ? "m" : "rad");
+    if (j->limited) json_number(&out, "lower", j->lower), json_number(&out, "upper", j->upper);
+    if (j->mimic >= 0) json_text(&out, "mimics", r->model.joints[j->mimic].name);
+    json_close(&out, '}');
+    json_end_line(&out);
+}
+
+static void tell_joint(const ctl *c, const robot *r, int joint, const double *values)
+{
+    const urdf_joint *j = &r->model.joints[joint];
+    double value = robot_joint_value(r, joint, values);
+    if (j->type == URDF_FIXED) return;
+    if (c->options.json) {
+        tell_joint_as_json(r, j, value);
+        return;
+    }
+    printf("joint  %-32s %12.6f %-3s", j->name, value, j->type == URDF_PRISMATIC ? "m" : "rad");
+    if (j->limited) printf("  %.6g .. %.6g", j->lower, j->upper);
+    if (!j->limited) printf("  without limits");
+    if (j->limited && (value < j->lower || value > j->upper)) printf("  beyond its limits");
+    if (j->mimic >= 0) printf("  mimics %s", r->model.joints[j->mimic].name);
+    putchar('\n');
+}
+
+static void tell_state(const ctl *c, const srdf_state *s)
+{
+    if (!c->options.json) {
+        printf("state  %-32s %s\n", s->name, s->group ? s->group : "");
+        return;
+    }
+    json out = {.out = stdout};
+    json_open(&out, NULL, '{');
+    json_text(&out, "state", s->name);
+    if (s->group) json_text(&out, "group", s->group);
+    json_close(&out, '}');
+    json_end_line(&out);
+}
+
+static int tell_robots(const ctl *c, const store *s)
+{
+    for (size_t i = 0; i < s->robot_count; i++) {
+        if (!c->options.json) {
+            puts(s->robots[i].name);
+            continue;
+        }
+        json out = {.out = stdout};
+        json_open(&out, NULL, '{');
+        json_text(&out, "robot", s->robots[i].name);
+        json_text(&out, "urdf", s->robots[i].urdf);
+        json_close(&out, '}');
+        json_end_line(&out);
+    }
+    return 0;
+}
+
+/* What the last run that moved it left: nobody is asked. */
+static int tell_joints(ctl *c, const store *s)
+{
+    store_robot *of;
+    robot r;
+    double *values;
+    int status = recall_robot(c, s, "joints", c->arguments[0], &of, &r, &values);
+    for (int i = 0; !status && i < r.model.joint_count; i++) tell_joint(c, &r, i, values);
+    for (int i = 0; !status && i < r.semantics.state_count; i++) tell_state(c, &r.semantics.states[i]);
+    return status;
+}
+
 int verb_joints(ctl *c)
 {
-    if (c->argument_count < 2 && !c->options.state)
-        return ctl_fail(EX_USAGE, "joints: say which: collidectl joints ROBOT NAME=VALUE... or --state NAME");
     store s;
     int status = store_open(&s, c);
     if (status) return status;
-    status = set_joints(c, &s);
+    if (c->argument_count == 0)
+        status = c->options.state
+                     ? ctl_fail(EX_USAGE, "joints: say of which robot: collidectl joints ROBOT --state NAME")
+                     : tell_robots(c, &s);
+    else
+        status = c->argument_count > 1 || c->options.state ? set_joints(c, &s) : tell_joints(c, &s);
     ctl_disconnect(c);
     store_close(&s);
     return status;

@@ -29,8 +29,10 @@ const ctl_verb ctl_verbs[] = {
     {"move", "NAME X,Y,Z[,W,X,Y,Z]", 2, 2, verb_move, "Moves a body that was loaded under the same --as",
         "Metres and a unit quaternion; without one the orientation is the world's.\n"
         "Velocities tell what it does from here on, for what is predicted.\n"},
-    {"joints", "ROBOT [NAME=VALUE...]", 1, INT_MAX, verb_joints, "Moves the joints of a loaded robot",
-        "rad or m. Joints that are not named keep their values. All links move in one message.\n"},
+    {"joints", "[ROBOT [NAME=VALUE...]]", 0, INT_MAX, verb_joints, "Tells, or moves, the joints of a loaded robot",
+        "rad or m. Joints that are not named keep their values. All links move in one message. Without values and\n"
+        "--state: the joints with their values and limits, and the states of the SRDF, as the last run that moved\n"
+        "them left them. Without a robot: the robots that were loaded under the same --as.\n"},
     {"check", "ROBOT CONFIGURATION...", 2, INT_MAX, verb_check,
         "Tries out configurations of a loaded robot, and motions",
         "A configuration is a state of the SRDF, NAME=VALUE,..., or now; joints that it does not name keep their\n"

@@ -54,6 +54,9 @@ bool robot_set(const robot *b, const char *joint, double value, double *values, 
 /* "joint=value,joint=value". */
 bool robot_set_list(const robot *b, const char *list, double *values, load_report *r);
 
+/* What a joint stands at: of one that mimics another what follows from that one. */
+double robot_joint_value(const robot *b, int joint, const double *values);
+
 /* Pose of each link (robot.model.link_count) in the root link's frame. */
 void robot_forward(const robot *b, const double *values, collided_pose *links);
 

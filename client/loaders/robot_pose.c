@@ -3,8 +3,9 @@
 #include "robot.h"
 
 /* urdf_make_tree saw to it that chains of mimic joints end. */
-static double joint_value(const urdf *u, int joint, const double *values)
+double robot_joint_value(const robot *b, int joint, const double *values)
 {
+    const urdf *u = &b->model;
     const urdf_joint *j = &u->joints[joint];
     if (j->mimic < 0) return values[joint];
     double factor = j->mimic_factor, offset = j->mimic_offset;
@@ -38,7 +39,7 @@ void robot_forward(const robot *b, const double *values, collided_pose *links)
     links[u->root] = rigid_identity();
     for (int i = 0; i < u->joint_count; i++) {
         const urdf_joint *j = &u->joints[u->order[i]];
-        collided_pose motion = joint_motion(j, joint_value(u, u->order[i], values));
+        collided_pose motion = joint_motion(j, robot_joint_value(b, u->order[i], values));
         links[j->child] = collided_pose_product(links[j->parent], collided_pose_product(j->origin, motion));
     }
 }

@@ -90,7 +90,7 @@ configure_package_config_file(${debian}/collided_loadConfig.cmake.in ${prepared}
 write_basic_package_version_file(${prepared}/collided_loadConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${prepared}/collided_loadConfig.cmake ${prepared}/collided_loadConfigVersion.cmake
   DESTINATION ${load_config} COMPONENT libcollided-load-dev)
-foreach(file arm_controller.c arm.urdf arm.srdf)
+foreach(file arm_controller.c motion_planner.c arm.urdf arm.srdf arm_shelf.problems)
   install(FILES ${PROJECT_SOURCE_DIR}/client/examples/${file}
     DESTINATION ${doc}/libcollided-load-dev/examples COMPONENT libcollided-load-dev)
 endforeach()

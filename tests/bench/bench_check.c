@@ -2,10 +2,12 @@
  * folder's motion problems (the Panda, its meshes as hulls), or, where that is not there, the project's own arm among
  * 20 boxes and cylinders. Edges of 1 rad (the length of the change of all joints) begin at free configurations. Each
  * free edge is sampled densely by the narrow phase's own queries, all pairs: "missed" counts those at which something
- * is met.
+ * is met. With FCL (COLLIDED_PEERS) the same states, and the same edges sampled at 32 configurations a radian, as
+ * planners sample them; its "missed" are edges that meet something, proven, and that no sample showed.
  * --full: more of all. One thread. */
 #include "base/clock.h"
 #include "bench.h"
+#include "check_peer.h"
 #include "loaders/robot.h"
 #include "robot_world.h"
 #include "world/checks.h"
@@ -39,6 +41,11 @@ typedef struct score {
     size_t items, verdicts[4], missed;
     int64_t ns;
 } score;
+
+typedef struct scores { /* ours, and a contender's */
+    score states, edges, peer_states, peer_edges;
+    size_t differ; /* states of which the contender says the opposite of what is proven */
+} scores;
 
 static void must(bool good, const char *what)
 {
@@ -123,8 +130,126 @@ static void arm_begin(arm *a, bool *shared)
     a->joint_count = (size_t)u->joint_count + 1;
 }
 
+/* ---- the contender: FCL, if it was built in ---- */
+
+static narrow_place place_of(pose p)
+{
+    return (narrow_place){{p.p.x, p.p.y, p.p.z}, {p.q.w, p.q.x, p.q.y, p.q.z}};
+}
+
+static narrow_body peer_body_of(const shape *s)
+{
+    static const narrow_kind kinds[] = {[SHAPE_SPHERE] = KIND_SPHERE,
+        [SHAPE_CAPSULE] = KIND_CAPSULE,
+        [SHAPE_BOX] = KIND_BOX,
+        [SHAPE_CYLINDER] = KIND_CYLINDER,
+        [SHAPE_HULL] = KIND_HULL};
+    return (narrow_body){.kind = kinds[s->type], .half = {s->half.x, s->half.y, s->half.z}, .radius = s->radius};
+}
+
+static narrow_polytope *peer_hull_of(const hull *h, pool *p)
+{
+    narrow_polytope *out = pool_alloc(p, 1, sizeof *out);
+    *out = (narrow_polytope){.vertex_count = h->vertex_count, .face_count = h->face_count};
+    out->vertices = pool_alloc(p, 3 * out->vertex_count, sizeof *out->vertices);
+    out->face_first = pool_alloc(p, out->face_count + 1, sizeof *out->face_first);
+    for (uint32_t i = 0; i < h->vertex_count; i++) {
+        vec3 v = hull_vertex(h, i);
+        out->vertices[3 * i] = v.x, out->vertices[3 * i + 1] = v.y, out->vertices[3 * i + 2] = v.z;
+    }
+    for (uint32_t i = 0; i < h->face_count; i++) out->face_first[i + 1] = out->face_first[i] + h->faces[i].count;
+    out->face_vertices = pool_alloc(p, out->face_first[out->face_count], sizeof *out->face_vertices);
+    for (uint32_t i = 0; i < h->face_count; i++)
+        memcpy(&out->face_vertices[out->face_first[i]], &h->face_vertices[h->faces[i].first],
+            h->faces[i].count * sizeof(uint32_t));
+    return out;
+}
+
+static const check_peer *the_peer(void)
+{
+    return check_contender_count > 0 ? check_contenders[0] : NULL;
+}
+
+static bool are_checked(const arm *a, size_t i, size_t k)
+{
+    char text[512];
+    if (a->ids[i] == WORLD_NONE || a->ids[k] == WORLD_NONE) return false;
+    world_explain(a->w, a->ids[i], a->ids[k], 0, text, sizeof text);
+    return !strstr(text, "not checked");
+}
+
+/* The hulls of robot_world are in the order of the bodies and their shapes. */
+static void give_peer_the_robot(arm *a)
+{
+    size_t hulls = 0;
+    for (size_t i = 0; i < a->bodies.count; i++) {
+        size_t link = 0;
+        while (a->ids[link] == WORLD_NONE || a->ids[link] != world_find_body(a->w, a->bodies.at[i].name)) link++;
+        for (size_t k = 0; k < a->bodies.at[i].shape_count; k++) {
+            const collided_shape *from = &a->bodies.at[i].shapes[k].shape;
+            shape s = {.type = from->type == COLLIDED_HULL ? SHAPE_HULL : (shape_type)from->type,
+                .radius = from->radius,
+                .half = {from->half[0], from->half[1], from->half[2]}};
+            narrow_body body = peer_body_of(&s);
+            if (s.type == SHAPE_HULL) body.polytope = peer_hull_of(a->geometry.hulls.at[hulls++], &a->pool);
+            narrow_place local = place_of(robot_world_pose(&from->pose));
+            the_peer()->add_link_shape(link, &body, &local);
+        }
+    }
+    for (size_t i = 0; i < a->joint_count; i++)
+        for (size_t k = i + 1; k < a->joint_count; k++)
+            if (are_checked(a, i, k)) the_peer()->keep_apart(i, k);
+}
+
+static void links_at(const arm *a, const double *q, narrow_place *out)
+{
+    robot_status status;
+    size_t where;
+    static robot_tree *tree;
+    pose links[LINKS_MAX];
+    if (!tree) tree = robot_tree_create(a->joints, a->joint_count, &status, &where);
+    robot_tree_forward(tree, q, links);
+    for (size_t i = 0; i < a->joint_count; i++) out[i] = place_of(links[i]);
+}
+
+static bool peer_meets(const arm *a, const double *q)
+{
+    narrow_place links[LINKS_MAX];
+    links_at(a, q, links);
+    return the_peer()->meets(links);
+}
+
+/* The same items, until the first hit of each. */
+static void ask_peer(arm *a, bool edges, const double *q, size_t count, const world_check_item *ours, scores *all)
+{
+    enum { SAMPLES = 32 };
+    size_t n = a->coordinates;
+    score *s = edges ? &all->peer_edges : &all->peer_states;
+    double at[LINKS_MAX];
+    int64_t start = clock_thread_ns();
+    bool *met = pool_alloc(&a->pool, count, sizeof *met);
+    for (size_t i = 0; i < count; i++) {
+        if (!edges) met[i] = peer_meets(a, q + i * n);
+        for (size_t k = 0; edges && k <= SAMPLES && !met[i]; k++) {
+            const double *from = q + 2 * i * n;
+            for (size_t j = 0; j < n; j++) at[j] = from[j] + (double)k / SAMPLES * (from[n + j] - from[j]);
+            met[i] = peer_meets(a, at);
+        }
+    }
+    s->ns += clock_thread_ns() - start;
+    s->items += count;
+    for (size_t i = 0; i < count; i++) {
+        s->verdicts[met[i] ? CHECK_MEETS : CHECK_FREE]++;
+        if (edges) s->missed += !met[i] && ours[i].verdict == CHECK_MEETS;
+        if (!edges) all->differ += ours[i].verdict == (met[i] ? CHECK_FREE : CHECK_MEETS);
+    }
+}
+
 static void put_obstacle(arm *a, shape s, pose at)
 {
+    narrow_body body = peer_body_of(&s);
+    narrow_place place = place_of(at);
+    if (the_peer()) the_peer()->add_obstacle(&body, &place);
     char name[32];
     world_shape one = {.shape = s, .local = POSE_IDENTITY};
     snprintf(name, sizeof name, "obstacle %zu", a->obstacle_count);
@@ -153,6 +278,7 @@ static void clear_scene(arm *a)
 {
     for (size_t i = 0; i < a->obstacle_count; i++) world_remove_body(a->w, a->obstacles[i], 0);
     a->obstacle_count = 0;
+    if (the_peer()) the_peer()->end_scene();
     tick(a);
 }
 
@@ -219,14 +345,17 @@ static bool meets(arm *a, const double *q)
     return met;
 }
 
-static void run_scene(arm *a, score *states, score *edges, size_t dense)
+static void run_scene(arm *a, scores *all, size_t dense)
 {
+    score *edges = &all->edges;
     size_t n = a->coordinates, free_count = 0;
     double *q = malloc(STATES * n * sizeof *q), *e = malloc(2 * EDGES * n * sizeof *e), *at = malloc(n * sizeof *at);
     world_check_item items[STATES];
     must(q && e && at, "no memory");
     for (size_t i = 0; i < STATES * n; i++) q[i] = drawn(a, a->lower[i % n], a->upper[i % n]);
-    ask(a, false, q, STATES, items, states);
+    if (the_peer()) the_peer()->begin_scene();
+    ask(a, false, q, STATES, items, &all->states);
+    if (the_peer()) ask_peer(a, false, q, STATES, items, all);
     for (size_t i = 0; i < STATES && free_count < EDGES; i++) {
         if (items[i].verdict != CHECK_FREE) continue;
         double length = 0, *from = e + 2 * free_count * n, *to = from + n;
@@ -238,6 +367,7 @@ static void run_scene(arm *a, score *states, score *edges, size_t dense)
         free_count++;
     }
     if (free_count > 0) ask(a, true, e, free_count, items, edges);
+    if (free_count > 0 && the_peer()) ask_peer(a, true, e, free_count, items, all);
     for (size_t i = 0; i < free_count && dense > 0; i++) {
         bool met = false;
         for (size_t s = 0; s <= dense && items[i].verdict == CHECK_FREE && !met; s++) {
@@ -252,18 +382,30 @@ static void run_scene(arm *a, score *states, score *edges, size_t dense)
     free(at);
 }
 
-static void tell(const arm *a, const char *scenes, const score *s, bool json)
+static void tell_score(const arm *a, const char *scenes, const char *contender, const score *s, bool json)
 {
     double us = 1e-3 * (double)s->ns / (double)(s->items ? s->items : 1);
     if (json)
-        printf("{\"bench\":\"check\",\"entry\":\"world_check\",\"contender\":\"collided\",\"robot\":\"%s\",\"scenes\":"
+        printf("{\"bench\":\"check\",\"entry\":\"world_check\",\"contender\":\"%s\",\"robot\":\"%s\",\"scenes\":"
                "\"%s\",\"kind\":\"%s\","
                "\"items\":%zu,\"us_an_item\":%.3f,\"free\":%zu,\"meets\":%zu,\"undecided\":%zu,\"missed\":%zu}\n",
-            a->robot.model.name, scenes, s->kind, s->items, us, s->verdicts[0], s->verdicts[1], s->verdicts[2],
-            s->missed);
+            contender, a->robot.model.name, scenes, s->kind, s->items, us, s->verdicts[0], s->verdicts[1],
+            s->verdicts[2], s->missed);
     else
-        printf("%-10s %-10s %-8s %10zu %12.2f %10zu %10zu %10zu %8zu\n", a->robot.model.name, scenes, s->kind, s->items,
-            us, s->verdicts[0], s->verdicts[1], s->verdicts[2], s->missed);
+        printf("%-10s %-10s %-10s %-8s %10zu %12.2f %10zu %10zu %10zu %8zu\n", contender, a->robot.model.name, scenes,
+            s->kind, s->items, us, s->verdicts[0], s->verdicts[1], s->verdicts[2], s->missed);
+}
+
+static void tell(const arm *a, const char *scenes, const scores *all, bool json)
+{
+    tell_score(a, scenes, "collided", &all->states, json);
+    tell_score(a, scenes, "collided", &all->edges, json);
+    if (!the_peer()) return;
+    tell_score(a, scenes, the_peer()->name, &all->peer_states, json);
+    tell_score(a, scenes, the_peer()->name, &all->peer_edges, json);
+    if (all->differ > 0)
+        fprintf(stderr, "%s: of %zu states %s says the opposite of what is proven of %zu\n", scenes,
+            all->peer_states.items, the_peer()->name, all->differ);
 }
 
 /* ---- scenes of motion problems ---- */
@@ -289,7 +431,7 @@ static void read_line(arm *a, char *line)
     if (strcmp(kind, "sphere") == 0) put_obstacle(a, (shape){.type = SHAPE_SPHERE, .radius = v[0]}, p);
 }
 
-static void run_problems(arm *a, score *states, score *edges, int most, size_t dense)
+static void run_problems(arm *a, scores *all, int most, size_t dense)
 {
     char command[512], line[1024];
     snprintf(command, sizeof command,
@@ -300,7 +442,7 @@ static void run_problems(arm *a, score *states, score *edges, int most, size_t d
     while (fgets(line, sizeof line, from)) {
         if (strncmp(line, "goal", 4) == 0) {
             tick(a);
-            run_scene(a, states, edges, dense);
+            run_scene(a, all, dense);
             clear_scene(a);
         } else if (strncmp(line, "start", 5) != 0 && strncmp(line, "problem", 7) != 0) {
             read_line(a, line);
@@ -316,29 +458,31 @@ int main(int argc, char **argv)
     bool shared;
     if (!bench_parse(argc, argv, 10, 100, &o)) return 64;
     arm_begin(&a, &shared);
+    if (the_peer()) give_peer_the_robot(&a);
     if (!o.json)
-        printf("%-10s %-10s %-8s %10s %12s %10s %10s %10s %8s\n", "robot", "scenes", "kind", "items", "us an item",
-            "free", "meets", "undecided", "missed");
-    score states = {.kind = "states"}, edges = {.kind = "edges"};
+        printf("%-10s %-10s %-10s %-8s %10s %12s %10s %10s %10s %8s\n", "contender", "robot", "scenes", "kind", "items",
+            "us an item", "free", "meets", "undecided", "missed");
+    scores all = {
+        .states.kind = "states", .edges.kind = "edges", .peer_states.kind = "states", .peer_edges.kind = "edges"};
+    const scores none = all;
     for (int i = 0; i < (int)fmax(1, o.seconds); i++) {
         random_scene(&a);
         tick(&a);
-        run_scene(&a, &states, &edges, i > 0 ? 0 : o.seconds < 1 ? 3 : 100);
+        run_scene(&a, &all, i > 0 ? 0 : o.seconds < 1 ? 3 : 100);
         clear_scene(&a);
     }
-    tell(&a, "random", &states, o.json);
-    tell(&a, "random", &edges, o.json);
-    size_t missed = edges.missed;
+    tell(&a, "random", &all, o.json);
+    size_t missed = all.edges.missed;
     if (shared && o.seconds >= 1) {
-        states = (score){.kind = "states"}, edges = (score){.kind = "edges"};
-        run_problems(&a, &states, &edges, (int)(o.seconds * 2.1), o.seconds > 50 ? 100 : 20);
-        tell(&a, "problems", &states, o.json);
-        tell(&a, "problems", &edges, o.json);
+        all = none;
+        run_problems(&a, &all, (int)(o.seconds * 2.1), o.seconds > 50 ? 100 : 20);
+        tell(&a, "problems", &all, o.json);
+        missed += all.edges.missed;
     } else if (!shared) {
         fprintf(stderr, "the motion problems are not there: random scenes alone\n");
     }
     world_destroy(a.w);
     robot_world_free(&a.geometry);
     pool_free(&a.pool);
-    return missed + edges.missed > 0;
+    return missed > 0;
 }

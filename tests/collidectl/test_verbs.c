@@ -58,6 +58,29 @@ static void ground_comes_from_a_file_of_heights(void **state)
     expect_failure(COLLIDECTL_FAKED, "load " DATA "/no_ground.yaml", EX_DATAERR, "none.txt");
 }
 
+/* What the last run left, with mimics and limits, for people and programs. */
+static void joints_are_told(void **state)
+{
+    (void)state;
+    ask("load " DATA "/arm.urdf --srdf " DATA "/arm.srdf");
+    ask("joints");
+    prints("arm\n");
+    ask("joints arm lift=0.5");
+    ask("joints arm");
+    prints("joint  lift                                 0.500000 m    0 .. 1\n");
+    prints("state  high                             all\n");
+    assert_null(strstr(r.out, "beyond"));
+    ask("joints arm --json");
+    prints("{\"joint\":\"lift\",\"value\":0.5,\"unit\":\"m\",\"lower\":0,\"upper\":1}\n");
+    prints("{\"state\":\"high\",\"group\":\"all\"}\n");
+    ask("joints arm lift=1.5");
+    ask("joints arm");
+    prints("beyond its limits");
+    ask("joints --json");
+    prints("{\"robot\":\"arm\",\"urdf\":\"");
+    expect_failure(COLLIDECTL_FAKED, "joints nobody", EX_DATAERR, "load its URDF first");
+}
+
 static void removed_bodies_are_forgotten_and_numbers_not_used_again(void **state)
 {
     (void)state;
@@ -262,6 +285,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         WITH_STATE(a_later_run_goes_on_with_the_same_bodies),
         WITH_STATE(ground_comes_from_a_file_of_heights),
+        WITH_STATE(joints_are_told),
         WITH_STATE(removed_bodies_are_forgotten_and_numbers_not_used_again),
         WITH_STATE(names_keep_their_bodies_apart),
         WITH_STATE(refused_bodies_are_not_remembered),

@@ -50,6 +50,11 @@ static void pair_all(robot_draw *d)
 
 void draw_arm(robot_draw *d)
 {
+    draw_arm_with_pole(d, 0);
+}
+
+void draw_arm_with_pole(robot_draw *d, double length)
+{
     memset(d, 0, sizeof *d);
     static const double lower[] = {-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973};
     static const double upper[] = {2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973};
@@ -77,6 +82,7 @@ void draw_arm(robot_draw *d)
     put_shape(d, 8, (shape){.type = SHAPE_BOX, .half = {0.03, 0.1, 0.033}, .radius = 0.002}, at(0, 0, 0.033, 0));
     put_shape(d, 9, (shape){.type = SHAPE_BOX, .half = {0.01, 0.0075, 0.027}}, at(0, 0.0075, 0.027, 0));
     put_shape(d, 10, (shape){.type = SHAPE_BOX, .half = {0.01, 0.0075, 0.027}}, at(0, -0.0075, 0.027, 0));
+    if (length > 0) put_shape(d, 8, rod(0.001, length / 2), at(0, 0, 0.1 + length / 2, 0));
     pair_all(d);
     finish_robot(d);
 }

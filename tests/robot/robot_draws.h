@@ -29,6 +29,8 @@ typedef struct scene_draw {
 
 /* An arm as the Franka Panda's, with a gripper whose fingers mimic each other; capsules, cylinders, boxes, a hull. */
 void draw_arm(robot_draw *out);
+/* It holds a rod of 1 mm radius and that length (m) in its gripper, along the gripper. */
+void draw_arm_with_pole(robot_draw *out, double length);
 /* A tree of 2 to DRAW_LINKS links of all types of joints, sliders, branches, mimics, with shapes of all types, some of
  * them 1 mm rods, some at the end of long levers. */
 void draw_robot(uint64_t *seed, robot_draw *out);
