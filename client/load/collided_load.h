@@ -67,8 +67,8 @@ collided_load_def collided_load_def_default(void);
 /* Why the last function of this library failed on this thread, in one line. Valid until the thread's next one. */
 const char *collided_load_error(void);
 
-/* Reads a URDF file. NULL def = the defaults. Its meshes are read when the bodies are created. What is not a tree, has two
- * links of a name, a number that is none, or elements of xacro is refused. NULL on failure. */
+/* Reads a URDF file. NULL def = the defaults. Its meshes are read when the bodies are created. What is not a tree, has
+ * two links of a name, a number that is none, or elements of xacro is refused. NULL on failure. */
 collided_loaded_robot *collided_load_urdf(const char *path, const collided_load_def *def);
 
 /* Reads an SRDF into a robot. It adds named states, and pairs of links that are not checked; without one the links that
@@ -167,9 +167,9 @@ collided_status collided_create_loaded(
 
 /* ---- scenes ---- */
 
-/* Reads a scene. It has bodies, and robots with their files, states and places; collidectl(1) describes its keys. All
- * meshes are read at once. Of def the packages, the meshes and the prefix must be none: the scene says these itself.
- * NULL on failure. */
+/* Reads a scene. It has bodies, and robots with their files, states and places; client/load/SCENES.md (installed as
+ * /usr/share/doc/libcollided-load-dev/SCENES.md) has its keys. All meshes are read at once. Of def the packages, the
+ * meshes and the prefix must be none: the scene says these itself. NULL on failure. */
 collided_loaded_scene *collided_load_scene(const char *path, const collided_load_def *def);
 
 /* Frees a scene, and its robots with it. Its bodies stay with the client. NULL is no error. */

@@ -212,8 +212,7 @@ static void keep_to_points(const shape *a, const shape *b, const narrow_request 
 static void query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, narrow_result *result)
 {
-    bool formula = primitives_apply(b, request);
-    if (!formula || !primitives_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
+    if (!primitives_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
         query_search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
@@ -303,8 +302,8 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    bool formula = primitives_apply(shape_2, request) && !(request->facts & NARROW_MANIFOLD);
-    if (!formula || !primitives_answer_in_world(shape_1, &first, shape_2, &second, request, result)) {
+    if (request->facts & NARROW_MANIFOLD ||
+        !primitives_answer_in_world(shape_1, &first, shape_2, &second, request, result)) {
         pose relative = pose_relative(first, second);
         effort *effort = begin_effort(shape_1, shape_2, scratch);
         query_search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);

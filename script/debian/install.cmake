@@ -69,6 +69,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/client/README.md DESTINATION ${doc}/libcolli
 install(FILES ${PROJECT_SOURCE_DIR}/idl/README.md DESTINATION ${doc}/libcollided-dev RENAME protocol.md
   COMPONENT libcollided-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/idl/collided.idl ${PROJECT_SOURCE_DIR}/idl/collided.lcm
+  ${PROJECT_SOURCE_DIR}/idl/profiles/fastdds.xml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/collided/idl COMPONENT libcollided-dev)
 install(PROGRAMS ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.py ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.mjs
   DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
@@ -78,6 +79,8 @@ install(PROGRAMS ${PROJECT_SOURCE_DIR}/idl/examples/plain_client.py ${PROJECT_SO
 install(TARGETS collided_load_shared
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libcollided-load0 NAMELINK_COMPONENT libcollided-load-dev)
 install(FILES ${PROJECT_SOURCE_DIR}/client/load/collided_load.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT libcollided-load-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/load/SCENES.md DESTINATION ${doc}/libcollided-load-dev
   COMPONENT libcollided-load-dev)
 configure_file(${debian}/collided-load.pc.in ${prepared}/collided-load.pc @ONLY)
 install(FILES ${prepared}/collided-load.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-load-dev)

@@ -47,6 +47,27 @@ static void bodies_are_read_as_they_are_written(void **state)
     fixture_end(&f);
 }
 
+/* The page for users: its example is a scene. Its keys: test_scene_page. */
+static void the_example_of_the_page_is_read(void **state)
+{
+    (void)state;
+    fixture f;
+    scene s;
+    size_t size;
+    fixture_begin(&f);
+    const char *page = text_read_file(&f.pool, SCENES_PAGE, SCENE_SIZE_MAX, &size, &f.report);
+    assert_non_null(page);
+    const char *from = strstr(page, "```yaml\n"), *end = from ? strstr(from + 8, "```") : NULL;
+    assert_non_null(end);
+    char *example = pool_alloc(&f.pool, (size_t)(end - from), 1); /* zeros behind */
+    memcpy(example, from + 8, (size_t)(end - from) - 8);
+    if (!scene_parse(&s, &f.pool, example, strlen(example), "SCENES.md", &f.report)) fail_msg("%s", f.report.error);
+    assert_int_equal(s.bodies.count, 2);
+    assert_int_equal(s.bodies.at[1].shapes[1].child_count, 2);
+    assert_int_equal(s.robot_count, 1);
+    fixture_end(&f);
+}
+
 static void every_shape_is_read(void **state)
 {
     (void)state;
@@ -406,6 +427,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bodies_are_read_as_they_are_written),
+        cmocka_unit_test(the_example_of_the_page_is_read),
         cmocka_unit_test(every_shape_is_read),
         cmocka_unit_test(a_height_field_is_read_from_its_file),
         cmocka_unit_test(height_fields_that_cannot_be_are_refused),

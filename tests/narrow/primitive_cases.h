@@ -51,8 +51,7 @@ static inline bool ask_with(
 {
     assert_memory_equal(&x->at_a, &POSE_IDENTITY, sizeof x->at_a);
     if (scratch) narrow_query(&x->a, &x->b, &x->at_b, request, cache, scratch, r);
-    bool applies = primitives_apply(&x->b, request);
-    return scratch || (applies && primitives_answer(&x->a, &x->b, &x->at_b, request, cache, NULL, r));
+    return scratch || primitives_answer(&x->a, &x->b, &x->at_b, request, cache, NULL, r);
 }
 
 static inline pair scaled(pair x, double by)

@@ -43,8 +43,7 @@ static bool agrees_with_the_general_method(
 {
     narrow_request request = *asked;
     narrow_result quick, general;
-    if (!primitives_apply(b, &request) || !primitives_answer(a, b, b_in_a, &request, NULL, &scratch, &quick))
-        return false;
+    if (!primitives_answer(a, b, b_in_a, &request, NULL, &scratch, &quick)) return false;
     request.facts |= NARROW_MANIFOLD;
     narrow_query(a, b, b_in_a, &request, NULL, case_scratch(), &general);
     placed oa = oracle_place(a, POSE_IDENTITY, VEC_ZERO), ob = oracle_place(b, *b_in_a, VEC_ZERO);

@@ -9,7 +9,7 @@
 static inline void query_where_they_stand(const shape *a, pose at_a, const shape *b, pose at_b,
     const narrow_request *request, narrow_cache *cache, narrow_result *r)
 {
-    if (primitives_apply(b, request) && primitives_answer_in_world(a, &at_a, b, &at_b, request, r)) return;
+    if (primitives_answer_in_world(a, &at_a, b, &at_b, request, r)) return;
     pose b_in_a = pose_relative(at_a, at_b);
     mat3 turn = quat_matrix(at_a.q);
     narrow_query(a, b, &b_in_a, request, cache, case_scratch(), r);

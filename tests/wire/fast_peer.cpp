@@ -1,6 +1,7 @@
-/* A peer of Fast DDS that speaks the wire without any of our code, nor Cyclone's: fast_peer DOMAIN reads a Status, and
- * publishes a PoseBatch with an extension until it is ended. It prints the bytes of extensions in the Status. CDR is
- * read and written by hand, by the order of fields of v1/collided.idl. */
+/* A peer of Fast DDS that speaks the wire without any of our code, nor Cyclone's: fast_peer DOMAIN PROFILES waits until
+ * an end of each topic, made by its profile, has found the daemon's; then it reads a Status, and publishes a PoseBatch
+ * with an extension until it is ended. It prints the bytes of extensions in the Status. CDR is read and written by
+ * hand, by the order of fields of v1/collided.idl. */
 #include <fastcdr/Cdr.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -15,6 +16,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -104,29 +107,65 @@ static bytes pose_batch(int64_t sequence)
     return b;
 }
 
+static std::string profile_of(const char *name)
+{
+    return std::string("collided_") + name;
+}
+
+static Topic *topic_of(DomainParticipant *p, const char *name)
+{
+    static const std::set<std::string> keyed = {"Client", "Geometry", "Body", "Subscription", "Status"};
+    TypeSupport type(new raw((std::string("collided::") + name).c_str(), keyed.count(name) > 0));
+    type.register_type(p);
+    return p->create_topic(profile_of(name), type.get_type_name(), TOPIC_QOS_DEFAULT);
+}
+
+/* Has the daemon an end for each? With `tell` the first that it has none for is named. */
+static bool all_found(
+    const std::map<std::string, DataWriter *> &writers, const std::map<std::string, DataReader *> &readers, bool tell)
+{
+    std::string missing;
+    for (const auto &w : writers) {
+        PublicationMatchedStatus found;
+        if (!w.second || w.second->get_publication_matched_status(found) != ReturnCode_t::RETCODE_OK ||
+            found.current_count < 1)
+            missing = w.first;
+    }
+    for (const auto &r : readers) {
+        SubscriptionMatchedStatus found;
+        if (!r.second || r.second->get_subscription_matched_status(found) != ReturnCode_t::RETCODE_OK ||
+            found.current_count < 1)
+            missing = r.first;
+    }
+    if (tell && !missing.empty()) std::printf("the daemon is not found by the profile of %s\n", missing.c_str());
+    return missing.empty();
+}
+
 int main(int argc, char **argv)
 {
-    if (argc != 2) return 2;
+    if (argc != 3) return 2;
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
     auto domain = static_cast<DomainId_t>(std::strtoul(argv[1], nullptr, 10));
+    if (DomainParticipantFactory::get_instance()->load_XML_profiles_file(argv[2]) != ReturnCode_t::RETCODE_OK) return 2;
     DomainParticipant *p =
         DomainParticipantFactory::get_instance()->create_participant(domain, PARTICIPANT_QOS_DEFAULT);
     if (!p) return 2;
-    TypeSupport status_type(new raw("collided::Status", true)), pose_type(new raw("collided::PoseBatch", false));
-    status_type.register_type(p);
-    pose_type.register_type(p);
-    Topic *status_topic = p->create_topic("collided_Status", "collided::Status", TOPIC_QOS_DEFAULT);
-    Topic *pose_topic = p->create_topic("collided_PoseBatch", "collided::PoseBatch", TOPIC_QOS_DEFAULT);
-    DataReaderQos in;
-    in.reliability().kind = RELIABLE_RELIABILITY_QOS;
-    in.durability().kind = TRANSIENT_LOCAL_DURABILITY_QOS;
-    in.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_RESERVE_MEMORY_MODE;
-    DataReader *reader = p->create_subscriber(SUBSCRIBER_QOS_DEFAULT)->create_datareader(status_topic, in);
-    DataWriterQos out;
-    out.reliability().kind = RELIABLE_RELIABILITY_QOS;
-    out.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_RESERVE_MEMORY_MODE;
-    DataWriter *writer = p->create_publisher(PUBLISHER_QOS_DEFAULT)->create_datawriter(pose_topic, out);
-    if (!reader || !writer) return 2;
+    Publisher *publisher = p->create_publisher(PUBLISHER_QOS_DEFAULT);
+    Subscriber *subscriber = p->create_subscriber(SUBSCRIBER_QOS_DEFAULT);
+    std::map<std::string, DataWriter *> writers;
+    std::map<std::string, DataReader *> readers;
+    for (const char *name :
+        {"Client", "Geometry", "Body", "Subscription", "PoseBatch", "VertexBatch", "Query", "Receipt"})
+        writers[name] = publisher->create_datawriter_with_profile(topic_of(p, name), profile_of(name));
+    for (const char *name : {"Status", "Answer", "Reject", "Ack"})
+        readers[name] = subscriber->create_datareader_with_profile(topic_of(p, name), profile_of(name));
+    if (!subscriber->create_datareader_with_profile(topic_of(p, "EventBatch"), profile_of("EventBatch"))) return 2;
+    for (int tries = 0; !all_found(writers, readers, tries > 400); tries++) {
+        if (tries > 400) return 1;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    DataReader *reader = readers["Status"];
+    DataWriter *writer = writers["PoseBatch"];
     for (int64_t sequence = 1;; sequence++) {
         bytes status, poses = pose_batch(sequence);
         SampleInfo info;

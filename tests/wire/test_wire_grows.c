@@ -290,7 +290,8 @@ static void expect_fast_dds(const char *program, const char *extensions)
     char line[64] = "";
     pid_t daemon = start_daemon(program, NULL, NULL);
     collided *c = rig_connect(RIG_DDS, 30, COLLIDED_REMOVE);
-    FILE *f = popen("exec timeout 60 " FAST_PEER " " DOMAIN, "r"); /* NOLINT(cert-env33-c): a fixed line */
+    FILE *f =
+        popen("exec timeout 120 " FAST_PEER " " DOMAIN " " PROFILES, "r"); /* NOLINT(cert-env33-c): a fixed line */
     assert_non_null(f);
     assert_non_null(fgets(line, sizeof line, f));
     assert_string_equal(line, extensions);

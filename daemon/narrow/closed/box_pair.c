@@ -208,28 +208,19 @@ void box_pair_axes(const unit_pair *p, span *out)
     measure_depth(&x, best, out);
 }
 
-static bool closed(const box_pair *x, box_axis best, const narrow_goal *goal, span *out)
-{
-    out->method = NARROW_BY_SAT;
-    out->iterations = EDGES;
-    if (best.separation > 0) return measure_distance(x, best, goal, out);
-    edges(x, &best);
-    out->iterations = AXES;
-    if (best.separation > 0) return measure_distance(x, best, goal, out);
-    measure_depth(x, best, out);
-    return true;
-}
-
 bool closed_box_box(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     box_pair x;
     box_pair_of(p, &x);
-    return closed(&x, box_pair_faces(&x), goal, out);
-}
-
-bool box_pair_apart(const box_pair *x, double most, int face, const narrow_goal *goal, span *out)
-{
-    return closed(x, (box_axis){most, face}, goal, out);
+    box_axis best = box_pair_faces(&x);
+    out->method = NARROW_BY_SAT;
+    out->iterations = EDGES;
+    if (best.separation > 0) return measure_distance(&x, best, goal, out);
+    edges(&x, &best);
+    out->iterations = AXES;
+    if (best.separation > 0) return measure_distance(&x, best, goal, out);
+    measure_depth(&x, best, out);
+    return true;
 }
 
 /* Rounding moves what is computed of an axis by less than `slack` before it is divided by its length, and the length by

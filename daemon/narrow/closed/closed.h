@@ -29,10 +29,6 @@ closed_form closed_box_box;
 /* Fills lo, hi, axis, method and iterations; hi is an upper bound only when it is negative. */
 void box_pair_axes(const unit_pair *p, span *out);
 
-/* closed_box_box for boxes of which the face that separates most is known already, and how far it separates. */
-struct box_pair;
-bool box_pair_apart(const struct box_pair *x, double most, int face, const narrow_goal *goal, span *out);
-
 /* Of the fifteen axes of boxes that overlap, as bits (A's faces, B's faces, edge i of A with edge j of B at BOX_FACES +
  * 3 i + j): those along which the exact separation may be the greatest, as far as the rounding of doubles can show.
  */

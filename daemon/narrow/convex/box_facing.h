@@ -209,4 +209,50 @@ LANES_INLINE bool box_facing_of(const box_lanes *of, double size, int steps, nar
     return true;
 }
 
+/* Keeps the points if they are nearer to each other, and the axis if it proves a greater distance. Points may lie a
+ * little beyond the ends of features that are not strict, so they are moved into their boxes. */
+LANES_INLINE void box_facing_keep(const box_meeting *m, box_facing *best)
+{
+    lanes a = lanes_clamp(m->at_a, m->of->half_a), at_b = lanes_clamp(m->at_b, m->of->half_b);
+    lanes b = m->of->t + lanes3_mul(m->of->axes_b, at_b);
+    double hi = sqrt(lanes_norm2(b - a)), norm = sqrt(lanes_norm2(m->axis));
+    double lo = lanes_sum3(m->axis * m->of->t - lanes_abs(m->axis) * m->a.half - lanes_abs(m->seen_b) * m->b.half);
+    if (hi < best->hi) best->hi = hi, best->point_a = a, best->point_b = b;
+    if (lo > best->lo) best->lo = lo, best->axis = m->axis * (1 / norm);
+}
+
+/* Bounds of the distance whether or not there are strict features: a longer descent from `f`, of which the nearest
+ * points and the best axis are kept, until the bounds are as close as `close`. */
+enum { BOX_SEARCH_STEPS = 12 };
+LANES_INLINE void box_facing_search(
+    const box_lanes *of, double size, double close, const narrow_features *f, box_facing *best)
+{
+    box_meeting m = {.of = of};
+    lane_mask holds_a, holds_b;
+    box_feature_read(of->half_a, f->a, &m.a);
+    box_feature_read(of->half_b, f->b, &m.b);
+    for (int i = 0; i < BOX_SEARCH_STEPS && box_meeting_settle(&m); i++) {
+        box_facing_keep(&m, best);
+        if (best->hi - best->lo <= close || box_meeting_holds(&m, size, &holds_a, &holds_b)) break;
+        box_feature_step(holds_a, m.at_a, &m.a);
+        box_feature_step(holds_b, m.at_b, &m.b);
+    }
+}
+
+/* The sides of a box that are on top along a direction, to within half the margin: see box_features_along. */
+LANES_INLINE void box_sides_along(lanes half, lanes direction, uint16_t side[3])
+{
+    const lanes none = {0, 0, 0, 0};
+    lane_mask between = (half > none) & (lanes_abs(direction) <= lanes_of(0.5 * NEAR_SINE_MARGIN));
+    lane_mask low = (half > none) & ~(direction > none) & ~between;
+    box_sides_write(lanes_bits(~(between | low)), lanes_bits(low), side);
+}
+
+LANES_INLINE void box_facing_along(const box_lanes *of, lanes axis, narrow_features *f)
+{
+    *f = (narrow_features){.count_a = 3, .count_b = 3};
+    box_sides_along(of->half_a, axis, f->a);
+    box_sides_along(of->half_b, -lanes3_mul(of->rows_b, axis), f->b);
+}
+
 #endif

@@ -73,7 +73,8 @@ bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narro
 #define NEAR_WEIGHT_MARGIN 0x1p-13
 #define NEAR_INSIDE 0x1p-12       /* for depths: how far the nearest point lies inside its facet of B - A */
 #define NEAR_DEPTH_MARGIN 0x1p-30 /* for depths: all other facets of B - A are farther by more than this */
-#define NEAR_DEPTH_WIDTHS 2  /* in errors: how far the bounds of a depth lie on either side of the facet's distance */
+#define NEAR_DEPTH_WIDTHS 2 /* in errors: how far the bounds of a depth lie on either side of the facet's distance */
+#define NEAR_NAMING_WIDTH 0x1p-36 /* of hi: bounds so close name the features */
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 /* A feature of a box: for each of its axes the side that the nearest point lies on, or that it lies between the two. */

@@ -7,9 +7,6 @@
 #include "polytope_depth.h"
 #include "polytopes.h"
 
-/* Of hi: a bracket so narrow names the features. */
-#define NAMING_WIDTH 0x1p-36
-
 /* Features by number: vertices, edges and triangles of a hull, or the 27 of a box. */
 enum { BOX_FEATURES = 27 };
 
@@ -41,7 +38,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 
 static bool names_features(const span *s)
 {
-    return s->hi - s->lo <= NAMING_WIDTH * s->hi;
+    return s->hi - s->lo <= NEAR_NAMING_WIDTH * s->hi;
 }
 
 /* What is on top along the bracket's axis: the features, if the bracket names them; else a guess. */

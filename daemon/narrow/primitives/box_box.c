@@ -265,8 +265,8 @@ INLINE void box_box_try_edges(const box_pair *x, unsigned asked, double *best, i
         box_box_try_edge(x, 2, 2, asked, best, index);
 }
 
-/* Prepares the boxes for a search, at unit size. Returns the factor from the old lengths to the new ones. */
-INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_pair *p)
+/* Prepares the boxes for a search, at unit size. */
+INLINE void as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_pair *p)
 {
     double by = 1;
     *p = (unit_pair){.unit = from->unit, .scale = from->scale};
@@ -280,7 +280,6 @@ INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_
     p->b_in_a.r = q->turn_b;
     p->radius = p->a.radius + p->b.radius;
     p->size = from->size * by, p->error = from->error * by;
-    return by;
 }
 
 /* Finds the nearest points of the lines on which two edges lie. Returns whether they lie within the edges, as they do
@@ -373,19 +372,80 @@ INLINE bool gap_by_features(
     return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 
-/* Measures separated boxes by a search, which begins with the face that separates most. If it ends at strict features,
- * these are written to *nearest and give the answer; if not, the answer is the search's. */
-__attribute__((noinline)) static bool gap_by_search(const primitive_pair *q, const unit_pair *from, box_pair *x,
-    double most, int index, epa_scratch *scratch, narrow_features *nearest, narrow_result *out)
+/* The side of a box that is on top along a direction in which it reaches so far. */
+INLINE uint16_t side_on_top(double along)
+{
+    return along < 0 ? NEAR_LOW : NEAR_HIGH;
+}
+
+/* A face as a feature, and the other box's corner that faces it. */
+INLINE void features_of_face(const box_pair *x, int index, narrow_features *f)
+{
+    int k = index % 3;
+    double side = (index < 3 ? x->t[k] : x->u[k]) < 0 ? -1 : 1;
+    *f = (narrow_features){.count_a = 3, .count_b = 3};
+    for (int i = 0; i < 3; i++) {
+        if (index < 3)
+            f->b[i] = side_on_top(-side * x->r[k][i]), f->a[i] = i == k ? side_on_top(side) : NEAR_BETWEEN;
+        else
+            f->a[i] = side_on_top(side * x->r[i][k]), f->b[i] = i == k ? side_on_top(-side) : NEAR_BETWEEN;
+    }
+}
+
+/* Two edges as features, on the sides that face each other. */
+INLINE void features_of_edges(const box_pair *x, int index, narrow_features *f)
+{
+    int i = (index - BOX_FACES) / 3, j = (index - BOX_FACES) % 3, l = (j + 1) % 3, m = (j + 2) % 3;
+    int h = (i + 1) % 3, k = (i + 2) % 3;
+    double nh = -x->r[k][j], nk = x->r[h][j], side = nh * x->t[h] + nk * x->t[k] < 0 ? -1 : 1;
+    *f = (narrow_features){.count_a = 3, .count_b = 3};
+    f->a[i] = f->b[j] = NEAR_BETWEEN;
+    f->a[h] = side_on_top(side * nh), f->a[k] = side_on_top(side * nk);
+    f->b[l] = side_on_top(-side * (nh * x->r[h][l] + nk * x->r[k][l]));
+    f->b[m] = side_on_top(-side * (nh * x->r[h][m] + nk * x->r[k][m]));
+}
+
+/* Measures separated boxes by descents from the face and from the edges that separate most, neither of which depends on
+ * what the pair remembers. Bounds that are close name the strict features, if there are any (features.h): then these
+ * are written to *f and give the answer. If not, f->count_a is 0, and the bounds are the answer. It returns false if
+ * the bounds are too wide for either. */
+INLINE bool gap_by_descents(const primitive_pair *q, const unit_pair *p, const box_lanes *of, const box_pair *x,
+    int face, narrow_features *f, narrow_result *out)
+{
+    narrow_goal g = goal_of(p, q->request);
+    bool named = near_features_apply_to_boxes(&g, p->size);
+    double close = 0.25 * p->error, most = 0;
+    int edges = BOX_FACES;
+    box_facing m = {.lo = -INFINITY, .hi = INFINITY};
+    features_of_face(x, face, f);
+    box_facing_search(of, p->size, close, f, &m);
+    if (m.hi - m.lo > close) {
+        box_box_try_edges(x, 511, &most, &edges);
+        features_of_edges(x, edges, f);
+        box_facing_search(of, p->size, close, f, &m);
+    }
+    m.hi = max_of(m.lo, m.hi);
+    if (!(m.lo > 0) || (named && !(m.hi - m.lo <= NEAR_NAMING_WIDTH * m.hi))) return false;
+    if (named) box_facing_along(of, m.axis, f);
+    if (named && gap_by_features(q, p, of, f, out)) return true;
+    f->count_a = 0;
+    if (!(m.hi - m.lo <= close || narrow_goal_reached(&g, m.lo, m.hi))) return false;
+    span s = {.lo = m.lo, .hi = m.hi, .method = NARROW_BY_SAT, .iterations = 15};
+    report_points(p, &s, m.axis, m.point_a, m.point_b, out);
+    return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
+}
+
+/* Measures boxes that touch, or of which neither descent comes near enough, by the methods of all shapes. If the search
+ * ends at strict features, these are written to *nearest and give the answer; if not, the answer is the search's. */
+__attribute__((noinline)) static bool gap_by_search(
+    const primitive_pair *q, const unit_pair *from, epa_scratch *scratch, narrow_features *nearest, narrow_result *out)
 {
     unit_pair p;
     span s = {.nearest = {.count_a = 0}};
-    double by = as_unit_pair(q, from, &p);
-    x->p = &p;
-    for (int i = 0; i < 3; i++) x->a[i] *= by, x->b[i] *= by, x->t[i] *= by, x->u[i] *= by;
+    as_unit_pair(q, from, &p);
     narrow_goal g = goal_of(&p, q->request);
     bool named = near_features_apply(&p, &g);
-    if (!box_pair_apart(x, most * by, index, &g, &s)) dispatch_general(&p, &g, false, s.axis, scratch, &s);
+    if (!closed_box_box(&p, &g, &s)) dispatch_general(&p, &g, false, s.axis, scratch, &s);
     if (named) near_features_settle(&p, &g, &s);
     *nearest = named ? s.nearest : (narrow_features){.count_a = 0};
     if (nearest->count_a) return true;
@@ -439,7 +499,7 @@ INLINE bool distance_of_boxes(primitive_pair *q, narrow_cache *cache, epa_scratc
     unsigned face;
     if (!prepare(q, &p, &v.of)) return false;
     if (cache && cache->nearest.count_a && gap_by_features(q, &p, &v.of, &cache->nearest, out)) return true;
-    narrow_features nearest = {.count_a = 0}, likely;
+    narrow_features nearest = {.count_a = 0}, likely = nearest;
     if (cache) cache->nearest = nearest; /* so that the general method does not try them again */
     box_view_of(q, p.scale, &v);
     double most = box_view_most(&v, &face), deepest = most;
@@ -453,7 +513,11 @@ INLINE bool distance_of_boxes(primitive_pair *q, narrow_cache *cache, epa_scratc
     multiply(&p, &v, &x);
     if (most < 0) try_all(&p, &x, &deepest, &axis);
     if (most < 0 && depth_of_boxes(q, &p, &x, deepest, axis, out)) return true;
-    if (!scratch || !gap_by_search(q, &p, &x, most, index, scratch, &nearest, out)) return false;
+    if (deepest > 0 && gap_by_descents(q, &p, &v.of, &x, index, &likely, out)) {
+        if (cache) cache->nearest = likely;
+        return true;
+    }
+    if (!scratch || !gap_by_search(q, &p, scratch, &nearest, out)) return false;
     if (cache) cache->nearest = nearest;
     return !nearest.count_a || gap_by_features(q, &p, &v.of, &nearest, out);
 }

@@ -244,13 +244,18 @@ INLINE bool by_formula_at_any_size(unsigned types, const shape *a, const shape *
     return q->outside && by_formula_at_unit_size(types, q, cache, scratch, out);
 }
 
+INLINE bool may_have_formula(const shape *a, const shape *b, const narrow_request *r)
+{
+    return b->type <= SHAPE_ELLIPSOID && r->engine == NARROW_ENGINE_AUTO && !(a->deviation > 0 || b->deviation > 0);
+}
+
 bool primitives_answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, epa_scratch *scratch, narrow_result *result)
 {
     enum { TWO_SPHERES = PAIR_OF(SHAPE_SPHERE, SHAPE_SPHERE) };
     primitive_pair q;
     unsigned types = PAIR_OF(a->type, b->type);
-    if (a->deviation > 0 || b->deviation > 0) return false;
+    if (!may_have_formula(a, b, request)) return false;
     q.between = b_in_a->p;
     if (types == TWO_SPHERES) return by_formula_at_any_size(TWO_SPHERES, a, b, request, &q, cache, scratch, result);
     q.along_a = vec(0, 0, 1);
@@ -262,7 +267,7 @@ bool primitives_answer_in_world(const shape *a, const pose *at_a, const shape *b
     const narrow_request *request, narrow_result *result)
 {
     primitive_pair q;
-    if (b->type > SHAPE_BOX || a->type == SHAPE_BOX || a->deviation > 0 || b->deviation > 0) return false;
+    if (b->type > SHAPE_BOX || a->type == SHAPE_BOX || !may_have_formula(a, b, request)) return false;
     q.between = vec_sub(at_b->p, at_a->p);
     q.along_a = quat_matrix(at_a->q).z;
     q.turn_b = quat_matrix(at_b->q);

@@ -5,12 +5,6 @@
 
 #include "narrow/convex/epa.h"
 
-/* May a formula answer this request, if `b` is the second shape in canonical order? */
-static inline bool primitives_apply(const shape *b, const narrow_request *r)
-{
-    return b->type <= SHAPE_ELLIPSOID && r->engine == NARROW_ENGINE_AUTO;
-}
-
 /* Gives the answer of narrow_query in A's frame, without contact points, if a formula makes it as narrow as asked. If
  * it returns false, *result is not valid. The features that give the distance of two boxes are read from `cache` and
  * written to it, unless it is NULL. Without scratch memory (NULL) nothing is searched. */
