@@ -54,6 +54,8 @@ typedef struct transport_dds {
     bool reads_shared; /* one of the streams is that of shared events */
     bool on_network;   /* where packets are lost, and not on loopback alone */
     int64_t client;
+    unsigned room;       /* see wire_dds_qos.h; 0: in none */
+    char *closed_stream; /* in a room, the last one: opened again, the shared reader is made anew; owned */
     int fds[TRANSPORT_ROLES];
     atomic_int turn;                /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
@@ -75,6 +77,7 @@ static pthread_mutex_t domains_lock = PTHREAD_MUTEX_INITIALIZER;
 static struct dds_shared_domain {
     dds_entity_t entity;
     unsigned users;
+    unsigned room;    /* the process is in; 0: in none */
     char *security;   /* of its users: Cyclone holds one identity's rights a process and domain; NULL: no users */
     bool left_behind; /* Cyclone could not end it: whoever opened it again would wait for ever */
 } domains[DDS_DOMAIN_LAST + 1];
@@ -89,8 +92,16 @@ static void warn_of_key(const char *security)
 }
 
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
+static dds_entity_t create_domain(dds_domainid_t id, unsigned room, wire_dds_role role, const char *config)
+{
+    char of_room[4096];
+    if (!room || !wire_dds_config_room(of_room, sizeof of_room, id, room, role)) return dds_create_domain(id, config);
+    return dds_create_domain(wire_dds_room_domain(id, room), of_room);
+}
+
+/* `room` is the one to be joined, if this process has not joined yet; that which it is in, afterwards. */
 static bool domain_use(
-    dds_domainid_t id, const transport_options *options, wire_dds_role role, char *why, size_t why_size)
+    dds_domainid_t id, const transport_options *options, wire_dds_role role, unsigned *room, char *why, size_t why_size)
 {
     char config[4096];
     const char *interface = options->interface, *security = options->security;
@@ -107,8 +118,11 @@ static bool domain_use(
          other = domains[id].users && strcmp(domains[id].security, security) != 0;
     if (left_behind || other)
         result = DDS_RETCODE_ERROR;
-    else if (domains[id].entity <= 0)
-        result = domains[id].entity = dds_create_domain(id, config);
+    else if (domains[id].entity <= 0) {
+        result = domains[id].entity = create_domain(id, *room, role, config);
+        domains[id].room = result > 0 ? *room : 0;
+    }
+    *room = domains[id].room;
     bool used = result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET;
     if (used && !domains[id].users++) domains[id].security = duplicate(security);
     pthread_mutex_unlock(&domains_lock);
@@ -124,9 +138,11 @@ static void domain_leave(dds_domainid_t id)
 {
     pthread_mutex_lock(&domains_lock);
     bool last = --domains[id].users == 0 && domains[id].entity > 0;
-    if (last && dds_lookup_participant(id, NULL, 0) == 0) {
+    dds_domainid_t number = domains[id].room ? wire_dds_room_domain(id, domains[id].room) : id;
+    if (last && dds_lookup_participant(number, NULL, 0) == 0) {
         domains[id].left_behind = !wire_dds_leave(domains[id].entity);
         domains[id].entity = 0;
+        domains[id].room = 0;
     }
     if (!domains[id].users) {
         free(domains[id].security);
@@ -263,6 +279,7 @@ static void dds_seek(transport *base)
 {
     transport_dds *t = (transport_dds *)base;
     dds_qos_t *qos = dds_create_qos();
+    if (t->room) turn_knock(t->domain, t->room);
     t->sought++;
     dds_qset_userdata(qos, &t->sought, sizeof t->sought);
     (void)dds_set_qos(t->participant, qos); /* if it is refused, those 8 s remain */
@@ -382,11 +399,12 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
 /* What is reported in the partition without a name is for those who have no group. */
 static bool open_group(transport_dds *t, int64_t client)
 {
-    char replies[WIRE_DDS_PARTITION_MAX];
-    wire_dds_replies(wire_dds_replies_of(client), replies);
-    char events[WIRE_DDS_PARTITION_MAX];
-    wire_dds_events(wire_dds_events_of(client), events);
-    wire_dds_user_data(client, t->user_data);
+    char replies[WIRE_DDS_PARTITION_MAX], events[WIRE_DDS_PARTITION_MAX];
+    unsigned reply = wire_dds_replies_of(client), event = wire_dds_events_of(client);
+    if (t->room) reply %= WIRE_DDS_ROOM_GROUPS, event %= WIRE_DDS_ROOM_GROUPS;
+    wire_dds_replies(reply, replies);
+    wire_dds_events(event, events);
+    wire_dds_user_data(reply, event, t->user_data);
     const char *partitions[] = {replies, events};
     dds_qos_t *qos = dds_create_qos();
     dds_qset_partition(qos, 2, partitions);
@@ -400,7 +418,8 @@ static bool open_group(transport_dds *t, int64_t client)
 static bool open_entities(transport_dds *t, const transport_options *options)
 {
     dds_qos_t *secured = wire_dds_security_qos(options->security);
-    t->participant = dds_create_participant(t->domain, secured, NULL);
+    dds_domainid_t number = t->room ? wire_dds_room_domain(t->domain, t->room) : t->domain;
+    t->participant = dds_create_participant(number, secured, NULL);
     dds_delete_qos(secured);
     if (t->participant <= 0 || !open_group(t, options->client)) return false;
     bool opened = add_stream(t, WIRE_ANSWER, NULL) &&
@@ -428,6 +447,7 @@ static void dds_close_transport(transport *base)
     for (size_t i = 0; i < t->stream_count; i++) free(t->streams[i].stream);
     for (int role = 0; role < TRANSPORT_ROLES; role++)
         if (t->fds[role] >= 0) close(t->fds[role]);
+    free(t->closed_stream);
     free(t->streams);
     free(t->sample);
     free(t);
@@ -442,15 +462,19 @@ static transport *dds_open_transport(const transport_options *options, char *why
         (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
         return NULL;
     }
-    bool crowd = false;
+    turn_greeting greeting = {.room = 0};
     int turn = TURN_NOBODY;
-    if (options->until_ns && !*options->interface) turn = turn_ask((uint32_t)domain, options->until_ns, &crowd);
-    wire_dds_role as = crowd ? WIRE_DDS_CLIENT_OF_CROWD : WIRE_DDS_CLIENT_LIBRARY;
-    if (!domain_use((dds_domainid_t)domain, options, as, why, why_size)) {
+    bool by_turns = options->until_ns && !*options->interface;
+    if (by_turns) turn = turn_ask((uint32_t)domain, options->until_ns, &greeting, why, why_size);
+    if (turn == TURN_NONE) return NULL;
+    wire_dds_role as = greeting.crowd ? WIRE_DDS_CLIENT_OF_CROWD : WIRE_DDS_CLIENT_LIBRARY;
+    bool has_rooms = greeting.room <= WIRE_DDS_ROOMS && wire_dds_has_rooms() && !*options->security;
+    unsigned room = has_rooms ? greeting.room : 0;
+    if (!domain_use((dds_domainid_t)domain, options, as, &room, why, why_size)) {
         if (turn >= 0) (void)close(turn);
         return NULL;
     }
-    turn = turn_wait((uint32_t)domain, turn, options->until_ns, why, why_size);
+    turn = turn_wait(turn, options->until_ns, why, why_size);
     if (turn == TURN_NONE) {
         domain_leave((dds_domainid_t)domain);
         return NULL;
@@ -459,6 +483,7 @@ static transport *dds_open_transport(const transport_options *options, char *why
     atomic_init(&t->turn, turn);
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
+    t->room = room;
     t->on_network = *options->interface != '\0';
     t->client = options->client;
     t->arrived = options->arrived;
@@ -579,25 +604,49 @@ static void dds_receive(transport *base, transport_role role, const transport_si
     take_all(&t->control[2], sink);
 }
 
+static void forget_stream(transport_dds *t, size_t i)
+{
+    dds_inbox *inbox = &t->streams[i];
+    (void)dds_delete(inbox->subscriber > 0 ? inbox->subscriber : inbox->reader);
+    free(inbox->stream);
+    *inbox = t->streams[--t->stream_count];
+}
+
+/* In a room all streams come by the shared partition. One that is silent is opened anew (stream.c), and so is its
+ * reader: what that may miss meanwhile, the daemon tells all of its streams again. */
+static int open_shared(transport_dds *t, const char *stream)
+{
+    size_t i = 0;
+    if (t->closed_stream && strcmp(t->closed_stream, stream) == 0) {
+        while (i < t->stream_count && t->streams[i].kind != WIRE_EVENT_BATCH) i++;
+        if (i < t->stream_count) forget_stream(t, i);
+        t->reads_shared = false;
+    }
+    free(t->closed_stream);
+    t->closed_stream = NULL;
+    if (!t->reads_shared && !add_stream(t, WIRE_EVENT_BATCH, NULL)) return -1;
+    t->reads_shared = true;
+    return 0;
+}
+
 static int dds_stream_open(transport *base, const char *stream)
 {
     transport_dds *t = (transport_dds *)base;
-    if (!t->reads_shared && !add_stream(t, WIRE_EVENT_BATCH, NULL)) return -1;
-    t->reads_shared = true;
-    return add_stream(t, WIRE_EVENT_BATCH, stream) ? 0 : -1;
+    if (open_shared(t, stream) != 0) return -1;
+    return t->room || add_stream(t, WIRE_EVENT_BATCH, stream) ? 0 : -1;
 }
 
 static void dds_stream_close(transport *base, const char *stream)
 {
     transport_dds *t = (transport_dds *)base;
     for (size_t i = 0; i < t->stream_count; i++) {
-        dds_inbox *inbox = &t->streams[i];
-        if (!inbox->stream || strcmp(inbox->stream, stream) != 0) continue;
-        (void)dds_delete(inbox->subscriber);
-        free(inbox->stream);
-        *inbox = t->streams[--t->stream_count];
+        if (!t->streams[i].stream || strcmp(t->streams[i].stream, stream) != 0) continue;
+        forget_stream(t, i);
         return;
     }
+    if (!t->room) return;
+    free(t->closed_stream);
+    t->closed_stream = duplicate(stream);
 }
 
 const transport_ops transport_dds_ops = {

@@ -6,13 +6,21 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { TURN_NOBODY = -1, TURN_FULL = -2, TURN_NONE = -3 };
+enum { TURN_NOBODY = -1, TURN_NONE = -2 };
 
-/* Asks for a turn to join that domain on loopback: what turn_wait goes on with, a descriptor, TURN_FULL, or TURN_NOBODY
- * gives turns. *crowd: many do so, or are there. */
-int turn_ask(uint32_t domain, int64_t until_ns, bool *crowd);
-/* Waits for it, until the monotonic clock shows `until_ns`. The descriptor to be closed when the daemon knows us;
- * TURN_NOBODY: nobody gives turns any more; TURN_NONE: ours did not come, with the reason in `why`. */
-int turn_wait(uint32_t domain, int asked, int64_t until_ns, char *why, size_t why_size);
+/* What the daemon says to whoever asks. */
+typedef struct turn_greeting {
+    bool crowd;    /* many ask, or are there */
+    unsigned room; /* to join; 0: none */
+} turn_greeting;
+
+/* Asks for a turn to join that domain on loopback, again and again as long as too many wait, until the monotonic clock
+ * shows `until_ns`. A descriptor, for turn_wait; TURN_NOBODY: nobody gives turns; TURN_NONE: the time is over, with the
+ * reason in `why`. */
+int turn_ask(uint32_t domain, int64_t until_ns, turn_greeting *greeting, char *why, size_t why_size);
+/* Waits for it. The descriptor, to be closed when the daemon knows us; otherwise, when it is closed, as turn_ask. */
+int turn_wait(int asked, int64_t until_ns, char *why, size_t why_size);
+/* Tells a daemon of that domain that we are in that room, and look for it. Waits for nothing. */
+void turn_knock(uint32_t domain, unsigned room);
 
 #endif

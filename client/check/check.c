@@ -14,12 +14,12 @@
 #define MOST 0x1p400          /* m: the largest coordinate */
 #define LEAST 0x1p-400        /* m: the least scale */
 #define UNIT 0x1p-9           /* how far from 1 a quaternion's and an axis' squared length may be */
-#define LO_SLACK 0x1.4ap-42   /* of the gap along an axis */
-#define HI_SLACK 0x1.42p-42   /* of the distance that two points prove */
+#define LO_SLACK 0x1.f7p-43   /* of the gap along an axis */
+#define HI_SLACK 0x1.f7p-43   /* of the distance that two points prove */
 #define FEATURE_SLACK 0x1p-49 /* of the product of a direction and a corner, for a direction of length <= 2 */
 #define RULE_SLACK 0x1p-50    /* of the sum of what is added and compared */
 #define SPEED_SLACK 0x1p-44   /* of a sum of at most 256 products, none negative */
-#define TINY 0x1p-600         /* more than all that underflow takes */
+#define TINY 0x1p-499 /* as long as a vector of which the square may underflow; and more than a product then lacks */
 
 typedef struct vec {
     double x, y, z;
@@ -60,6 +60,11 @@ static vec cross(vec a, vec b)
 static double length(vec a)
 {
     return sqrt(dot(a, a));
+}
+/* Not less than |a|, but for relative rounding: squares underflow, which matters where there is no scale. */
+static double length_at_most(vec a)
+{
+    return length(a) + TINY;
 }
 
 /* v + 2 (w (u x v) + u x (u x v)) / |q|^2: turned by the quaternion q = (w, u), which need not be unit; `way` -1: back.
@@ -436,10 +441,10 @@ static double reach_of(const collided_check_shape *s)
     double most = 0;
     for (size_t i = 0; i < part_count(s); i++) {
         placed p = part_of(s, s->pose, i, 1);
-        double core = s->kind == COLLIDED_CHECK_HALFSPACE ? 0 : length(vec_of(p.core->half, 1)), sum = p.radius;
+        double core = s->kind == COLLIDED_CHECK_HALFSPACE ? 0 : length_at_most(vec_of(p.core->half, 1)), sum = p.radius;
         for (size_t k = 0; p.core->kind == COLLIDED_CHECK_HULL && k < p.core->point_count; k++)
-            core = larger(core, length(vec_of(p.core->points + 3 * k, 1)));
-        for (int k = 1; k < p.frames; k++) sum += length(vec_of(p.poses[k], 1));
+            core = larger(core, length_at_most(vec_of(p.core->points + 3 * k, 1)));
+        for (int k = 1; k < p.frames; k++) sum += length_at_most(vec_of(p.poses[k], 1));
         most = larger(most, sum + core);
     }
     return most;
@@ -460,10 +465,10 @@ collided_check_status collided_check_twist(const collided_check_shape *a, const 
     bool turns_a = most3(angular_a) > 0, turns_b = most3(angular_b) > 0;
     if ((turns_a && a->kind == COLLIDED_CHECK_HALFSPACE) || (turns_b && b->kind == COLLIDED_CHECK_HALFSPACE))
         return COLLIDED_CHECK_BAD_KIND;
-    double w_a = length(vec_of(angular_a, 1)), w_b = length(vec_of(angular_b, 1));
+    double w_a = length_at_most(vec_of(angular_a, 1)), w_b = length_at_most(vec_of(angular_b, 1));
     double r_a = turns_a ? reach_of(a) : 0, r_b = turns_b ? reach_of(b) : 0;
     vec v = minus(vec_of(linear_b, 1), vec_of(linear_a, 1));
-    *speed = (length(v) + (w_a * r_a + w_b * r_b)) * (1 + SPEED_SLACK) + TINY;
+    *speed = (length_at_most(v) + (w_a * r_a + w_b * r_b)) * (1 + SPEED_SLACK) + TINY;
     *bend = (w_a * w_a * r_a + w_b * w_b * r_b) * (1 + SPEED_SLACK) + TINY;
     return COLLIDED_CHECK_PROVEN;
 }

@@ -80,6 +80,7 @@ typedef struct link_options {
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
     size_t max_clients;    /* DDS: clients whose speakers it remembers; 0: any number ... */
     size_t client_share;   /* ... and of these one participant's; 0: all */
+    bool rooms;            /* DDS on loopback: a crowd may be spread over rooms (wire_dds_qos.h) */
     bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
     /* Poses have come and nothing else waits: the link offers the service to run a round on the thread that they came
      * on, which saves handing them to the tick thread. The service never waits for a lock there. False: not now, the
@@ -109,9 +110,9 @@ typedef struct link_ops {
     /* Sends, or queues until flush. A message that cannot be sent is counted, by cause, and never blocks. */
     void (*publish)(struct link *l, const wire_message *m);
     void (*flush)(struct link *l); /* once a tick */
-    /* A stream begins or ends to exist; publish of an EventBatch goes to the stream of that name. Opened again, it
-     * tells of the readers that are there. */
-    void (*stream_open)(struct link *l, const char *stream);
+    /* A stream of that client begins or ends to exist; publish of an EventBatch goes to the stream of that name. Opened
+     * again, it tells of the readers that are there. */
+    void (*stream_open)(struct link *l, const char *stream, int64_t client);
     void (*stream_close)(struct link *l, const char *stream);
     /* One line for people: what it listens on, and who can reach it. */
     void (*describe)(struct link *l, char *text, size_t size);

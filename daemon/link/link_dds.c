@@ -39,7 +39,7 @@ static_assert(sizeof kinds_reply / sizeof kinds_reply[0] == LINK_DDS_REPLIES, "a
 void link_dds_notice(link_dds *l, atomic_bool *flag)
 {
     atomic_store(flag, true);
-    if (!atomic_exchange(&l->woken, true)) wake(l->head.options.wake_fd);
+    if (!atomic_exchange(&l->whole->woken, true)) wake(l->whole->head.options.wake_fd);
 }
 
 static void on_data(dds_entity_t entity, void *context)
@@ -93,7 +93,7 @@ static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_stat
 {
     (void)entity;
     link_dds *l = ((reader *)context)->owner;
-    speakers_heartbeat(&l->speakers, &status);
+    speakers_heartbeat(&l->whole->speakers, &status);
     link_dds_notice(l, &l->has_news);
 }
 
@@ -133,7 +133,7 @@ static bool open_speakers(link_dds *l)
 {
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_data_available_arg(listener, on_discovery, l, true);
-    bool opened = speakers_open(&l->speakers, l->participant, listener);
+    bool opened = speakers_open(&l->ear, l->participant, l->room, listener);
     dds_delete_listener(listener);
     return opened;
 }
@@ -175,6 +175,7 @@ static bool open_writer(link_dds *l, writer *w, wire_kind kind)
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, 0);
     if (w == &l->writers[ANSWERS_LARGE]) dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, ANSWERS_LARGE_DEPTH);
     w->entity = create_writer(l, kind, qos);
+    w->kind = kind;
     dds_delete_qos(qos);
     return w->entity > 0;
 }
@@ -193,13 +194,16 @@ static bool open_replies(link_dds *l, writer *w, wire_kind kind, unsigned group)
 
 /* Writers are discovered in the order of their creation: by the time that a client knows that of the acks of its group,
  * it knows the others of its group. */
-static bool open_topics(link_dds *l)
+bool link_dds_open_ends(link_dds *l)
 {
+    unsigned groups = l->room ? WIRE_DDS_ROOM_GROUPS : WIRE_DDS_REPLIES;
     bool ok = open_speakers(l) && link_dds_topic(l, WIRE_EVENT_BATCH) > 0;
-    for (unsigned g = 0; g < WIRE_DDS_REPLIES; g++)
+    for (unsigned g = 0; g < groups; g++)
         for (size_t i = 0; i < LINK_DDS_REPLIES && ok; i++) ok = open_replies(l, &l->replies[g][i], kinds_reply[i], g);
     for (size_t i = 0; i < LINK_DDS_IN && ok; i++) ok = open_reader(l, &l->readers[i], kinds_in[i]);
-    for (size_t i = 0; i < LINK_DDS_OUT && ok; i++) ok = open_writer(l, &l->writers[i], kinds_out[i]);
+    for (size_t i = 0; i < LINK_DDS_OUT && ok; i++) /* in a room everybody is in a group */
+        ok = (l->room && kinds_out[i] != WIRE_STATUS) || open_writer(l, &l->writers[i], kinds_out[i]);
+    for (unsigned g = 0; g < WIRE_DDS_ROOM_GROUPS && l->room && ok; g++) ok = link_dds_shared(l, g) != NULL;
     return ok;
 }
 
@@ -244,6 +248,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     link_dds *l = link_dds_of(head);
     char key[LINK_KEY_MAX];
     link_dds_complaint first = {""};
+    l->whole = l;
     if (link_dds_check(options, key, why, why_size) != EX_OK) return -1;
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
@@ -256,11 +261,11 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
             options->counters, "certificate_days", "days until the first certificate of the security folder expires");
         l->certificate_end_s = wire_dds_security_ends_s(options->security);
     }
-    if (joined == DDS_RETCODE_OK && open_topics(l)) {
+    if (joined == DDS_RETCODE_OK && link_dds_open_ends(l)) {
         link_dds_closer_start(&l->closer);
         if (options->interface && *options->interface) return 0;
-        joiners_start(
-            &l->joiners, link_dds_domain(l), l->participant, writer_of(l, WIRE_STATUS)->entity, options->counters);
+        const joiners_rooms rooms = link_dds_rooms(l);
+        joiners_start(&l->joiners, link_dds_domain(l), l->participant, &rooms, options->counters);
         reminder_start(&l->reminder);
         return 0;
     }
@@ -297,18 +302,12 @@ static bool is_not_yours(const wire_message *m)
  * another may read elsewhere than that one does. */
 static writer *reply_writer_for(link_dds *l, const wire_message *m)
 {
-    return is_not_yours(m) ? NULL : reply_writer(l, m, speakers_group(&l->speakers, client_of(m)));
-}
-
-/* What is for someone who does not speak for that client (there is no place for him, he has left, the name is
- * another's) goes to the partition without a name, and here, too: to the group that the library puts this client's
- * number into. */
-static writer *presumed_writer_for(link_dds *l, const wire_message *m)
-{
-    if (!reply_writer(l, m, 1)) return NULL;
+    if (is_not_yours(m) || !reply_writer(l, m, 1)) return NULL;
     int64_t client = client_of(m);
-    if (!is_not_yours(m) && speakers_participant(&l->speakers, client)) return NULL;
-    return reply_writer(l, m, 1 + (int)wire_dds_replies_of(client));
+    link_dds *home = link_dds_home(l, client);
+    int group = speakers_group(&l->speakers, client);
+    if (home->room && (group < 1 || group > WIRE_DDS_ROOM_GROUPS)) group = 1; /* it is none of the library's */
+    return reply_writer(home, m, group);
 }
 
 static writer *writer_for(link_dds *l, const wire_message *m)
@@ -325,21 +324,47 @@ static writer *writer_for(link_dds *l, const wire_message *m)
 
 static void write_to(link_dds *l, writer *w, wire_kind kind)
 {
-    dds_return_t written = dds_write(w->entity, l->sample);
+    dds_return_t written = dds_write(w->entity, l->whole->sample);
     w->dirty = true;
     metric_count(written == DDS_RETCODE_OK ? l->messages_out : l->write_failed, 1);
     if (written != DDS_RETCODE_OK) log_warning("DDS: %s: %s", wire_kind_name(kind), dds_strretcode(written));
 }
 
+/* What is for someone who does not speak for that client (there is no place for him, he has left, the name is
+ * another's) goes to the partition without a name, and to the groups that the library puts this client's number into,
+ * everywhere: nobody knows where he is. */
+static void write_to_presumed(link_dds *l, const wire_message *m)
+{
+    int64_t client = client_of(m);
+    unsigned number = 1, group = wire_dds_replies_of(client);
+    if (!reply_writer(l, m, 1) || (!is_not_yours(m) && speakers_participant(&l->speakers, client))) return;
+    write_to(l, reply_writer(l, m, 1 + (int)group), m->kind);
+    for (link_dds *room; (room = link_dds_next_room(l, &number)) != NULL;)
+        write_to(l, reply_writer(room, m, 1 + (int)(group % WIRE_DDS_ROOM_GROUPS)), m->kind);
+}
+
+static void write_status_in_rooms(link_dds *l)
+{
+    unsigned number = 1;
+    for (link_dds *room; (room = link_dds_next_room(l, &number)) != NULL;)
+        write_to(l, writer_of(room, WIRE_STATUS), WIRE_STATUS);
+}
+
 static void dds_link_publish(struct link *head, const wire_message *m)
 {
     link_dds *l = link_dds_of(head);
-    writer *w = writer_for(l, m), *presumed = presumed_writer_for(l, m);
+    writer *w = writer_for(l, m);
     if (!w) return;
     if (m->kind == WIRE_EVENT_BATCH) link_dds_streams_note(l, m);
     wire_dds_encode(m, l->sample);
     write_to(l, w, m->kind);
-    if (presumed) write_to(l, presumed, m->kind);
+    if (m->kind == WIRE_STATUS) write_status_in_rooms(l);
+    if (m->kind != WIRE_EVENT_BATCH) {
+        write_to_presumed(l, m);
+        return;
+    }
+    stream *s = link_dds_stream_find(l, m->event_batch.stream);
+    if (s->shared && s->own.entity > 0) write_to(l, &s->own, m->kind);
 }
 
 void link_dds_flush_writer(writer *w)
@@ -348,12 +373,19 @@ void link_dds_flush_writer(writer *w)
     w->dirty = false;
 }
 
-static void dds_link_flush(struct link *head)
+static void flush_in(link_dds *l)
 {
-    link_dds *l = link_dds_of(head);
     for (size_t i = 0; i < LINK_DDS_OUT; i++) link_dds_flush_writer(&l->writers[i]);
     for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++)
         link_dds_flush_writer(&l->replies[0][0] + i);
+}
+
+static void dds_link_flush(struct link *head)
+{
+    link_dds *l = link_dds_of(head);
+    unsigned number = 1;
+    flush_in(l);
+    for (link_dds *room; (room = link_dds_next_room(l, &number)) != NULL;) flush_in(room);
     link_dds_streams_flush(l);
 }
 
@@ -421,12 +453,19 @@ static void wait_for(const writer *w, int64_t until)
     if (w->entity > 0) link_dds_await(w->entity, until);
 }
 
+static void wait_in(const link_dds *l, int64_t until)
+{
+    for (size_t i = 0; i < LINK_DDS_OUT; i++) wait_for(&l->writers[i], until);
+    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) wait_for(&l->replies[0][0] + i, until);
+}
+
 /* The last words of the daemon (ends of streams, status) may still be under way. */
 static void wait_for_acknowledgements(link_dds *l)
 {
     int64_t until = clock_monotonic_ns() + DDS_MSECS(LAST_WORDS_MS);
-    for (size_t i = 0; i < LINK_DDS_OUT; i++) wait_for(&l->writers[i], until);
-    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) wait_for(&l->replies[0][0] + i, until);
+    unsigned number = 1;
+    wait_in(l, until);
+    for (link_dds *room; (room = link_dds_next_room(l, &number)) != NULL;) wait_in(room, until);
     for (size_t i = 0; i < l->streams.count; i++) wait_for(l->streams.at[i]->out, until);
 }
 
@@ -438,6 +477,7 @@ static void dds_link_close(struct link *head)
     link_dds_streams_close(l);
     reminder_end(&l->reminder);
     link_dds_drop_waiting(l);
+    link_dds_rooms_close(l);
     link_dds_leave(l);
     free_own(l);
 }

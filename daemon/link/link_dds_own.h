@@ -34,6 +34,7 @@ typedef struct reader {
 
 typedef struct writer {
     dds_entity_t entity;
+    wire_kind kind;    /* of those that are not streams' */
     bool dirty;        /* written to since the last flush */
     atomic_bool fresh; /* a reader has come, and has been told nothing yet; of streams' writers */
 } writer;
@@ -53,8 +54,9 @@ typedef struct stream {
     atomic_bool matched; /* a reader has come, and the sink has not been told */
     writer *out;         /* its own, or the shared one: */
     shared_events *shared;
-    int64_t client; /* whose stream a shared one is, */
-    bool reported;  /* and the sink has been told that he reads */
+    int64_t client; /* whose stream it is, ... */
+    link_dds *home; /* ... and where he is: the link, or a room. In a room one that he named goes out by both */
+    bool reported;  /* of a shared one: the sink has been told that he reads */
 } stream;
 
 /* Deletes the writers of streams that have been closed. */
@@ -66,8 +68,16 @@ typedef struct stream_closer {
     bool runs, ends;        /* ends: when all are deleted */
 } stream_closer;
 
+/* The link, or a room of it: the same ends on another participant. What all share is the link's: head, speakers,
+ * closer, reminder, joiners, streams, peers, woken. */
 struct link_dds {
     struct link head;
+    link_dds *whole;                               /* of a room the link, of the link itself */
+    unsigned room;                                 /* 0: the link */
+    _Atomic(link_dds *) rooms[WIRE_DDS_ROOMS + 1]; /* of the link: from 1; NULL: not open. joiners opens them */
+    bool room_fails[WIRE_DDS_ROOMS + 1];           /* joiners' */
+    unsigned first;                                /* that is taken from */
+    speakers_ear ear;
     dds_entity_t domain; /* 0 = the process had it already */
     dds_entity_t participant;
     dds_entity_t topics[WIRE_KIND_COUNT];
@@ -106,6 +116,17 @@ static inline link_dds *link_dds_of(struct link *l)
 /* Sets the flag, and wakes the tick thread if none was set. Any thread. */
 void link_dds_notice(link_dds *l, atomic_bool *flag);
 
+/* That client's: a room, or the link, where nobody speaks for it as well. */
+link_dds *link_dds_home(link_dds *l, int64_t client);
+
+/* The next room that is open, from that number on, which goes on behind it; NULL: no more. Any thread. */
+link_dds *link_dds_next_room(link_dds *l, unsigned *number);
+
+joiners_rooms link_dds_rooms(link_dds *l);
+/* Readers and writers of a link, or a room, whose participant is there. */
+bool link_dds_open_ends(link_dds *l);
+void link_dds_rooms_close(link_dds *l);
+
 /* Created when it is first asked for; below 0: DDS's error. */
 dds_entity_t link_dds_topic(link_dds *l, wire_kind kind);
 
@@ -143,11 +164,14 @@ void link_dds_drop_waiting(link_dds *l); /* before the domain is left */
 
 /* ---- streams: the first two as link_ops says ---- */
 
-void link_dds_stream_open(struct link *head, const char *name);
+void link_dds_stream_open(struct link *head, const char *name, int64_t client);
 void link_dds_stream_close(struct link *head, const char *name);
 
 /* Until that writer's readers have all that was flushed, or until then (monotonic). What was lost is said again. */
 void link_dds_await(dds_entity_t writer, int64_t until_ns);
+
+/* Creates the writer of that group's streams, if it is not there. */
+shared_events *link_dds_shared(link_dds *l, unsigned group);
 
 /* NULL: not open. */
 stream *link_dds_stream_find(const link_dds *l, const char *name);

@@ -18,10 +18,11 @@ void speakers_init(speakers *s, size_t max_clients, size_t each)
     pthread_mutex_init(&s->lock, NULL);
 }
 
-bool speakers_open(speakers *s, dds_entity_t participant, const dds_listener_t *listener)
+bool speakers_open(speakers_ear *ear, dds_entity_t participant, unsigned room, const dds_listener_t *listener)
 {
-    s->discovery = dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, listener);
-    return s->discovery > 0;
+    ear->discovery = dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, listener);
+    ear->room = room;
+    return ear->discovery > 0;
 }
 
 void speakers_free(speakers *s)
@@ -32,7 +33,8 @@ void speakers_free(speakers *s)
     pthread_mutex_destroy(&s->lock);
 }
 
-enum { EVENTS_FACTOR = 256 /* both groups of a participant in one number: replies + 256 events */ };
+/* Both groups of a participant, and its room, in one number: replies + 256 events + 65,536 room. */
+enum { EVENTS_FACTOR = 256, ROOM_FACTOR = 65536 };
 
 /* The groups that its user data names. */
 static int groups_of(const dds_builtintopic_endpoint_t *writer)
@@ -46,24 +48,25 @@ static int groups_of(const dds_builtintopic_endpoint_t *writer)
     return replies + EVENTS_FACTOR * events;
 }
 
-static void hear_of(speakers *s, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
+static void hear_of(
+    speakers *s, unsigned room, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
 {
     bool ours = info->valid_data && strncmp(writer->topic_name, "collided_", 9) == 0;
     bool announces = ours && strcmp(writer->topic_name, "collided_Client") == 0;
     if (ours) owners_come(&s->owners, info->instance_handle, writer->participant_instance_handle, announces);
-    if (announces) owners_put_in_group(&s->owners, info->instance_handle, groups_of(writer));
+    if (announces) owners_put_in_group(&s->owners, info->instance_handle, groups_of(writer) + ROOM_FACTOR * (int)room);
     if (info->instance_state != DDS_IST_ALIVE) array_push(&s->gone, info->instance_handle);
 }
 
-void speakers_discover(speakers *s)
+void speakers_discover(speakers *s, const speakers_ear *ear)
 {
     void *samples[TAKE_MAX] = {NULL};
     dds_sample_info_t infos[TAKE_MAX];
     int n;
     do {
-        n = dds_take(s->discovery, samples, infos, TAKE_MAX, TAKE_MAX);
-        for (int i = 0; i < n; i++) hear_of(s, samples[i], &infos[i]);
-        if (n > 0) dds_return_loan(s->discovery, samples, n);
+        n = dds_take(ear->discovery, samples, infos, TAKE_MAX, TAKE_MAX);
+        for (int i = 0; i < n; i++) hear_of(s, ear->room, samples[i], &infos[i]);
+        if (n > 0) dds_return_loan(ear->discovery, samples, n);
     } while (n == TAKE_MAX);
 }
 
@@ -80,13 +83,13 @@ int64_t speakers_origin(const speakers *s, dds_instance_handle_t writer)
     return (int64_t)owners_participant_of(&s->owners, writer);
 }
 
-bool speakers_admit(
-    speakers *s, const wire_message *m, dds_instance_handle_t writer, bool *unclaimed, wire_refusal *why)
+bool speakers_admit(speakers *s, const speakers_ear *ear, const wire_message *m, dds_instance_handle_t writer,
+    bool *unclaimed, wire_refusal *why)
 {
     int64_t client, sequence;
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
-    if (!owners_knows(&s->owners, writer)) speakers_discover(s);
+    if (!owners_knows(&s->owners, writer)) speakers_discover(s, ear);
     owners_verdict verdict = owners_admit(&s->owners, writer, client, m->kind == WIRE_CLIENT);
     bool full = verdict == OWNERS_FULL || verdict == OWNERS_SHARE;
     *unclaimed = full && (m->kind == WIRE_QUERY || (m->kind == WIRE_CLIENT && !m->client.removed));
@@ -112,7 +115,12 @@ int speakers_group(const speakers *s, int64_t client)
 
 int speakers_events_group(const speakers *s, int64_t client)
 {
-    return owners_group(&s->owners, client) / EVENTS_FACTOR;
+    return owners_group(&s->owners, client) / EVENTS_FACTOR % EVENTS_FACTOR;
+}
+
+unsigned speakers_room(const speakers *s, int64_t client)
+{
+    return (unsigned)(owners_group(&s->owners, client) / ROOM_FACTOR);
 }
 
 uint64_t speakers_participant(const speakers *s, int64_t client)

@@ -73,14 +73,21 @@ static void report_shared(link_dds *l, shared_events *shared, const link_sink *s
     free(participants);
 }
 
+static void report_all_shared(link_dds *l, link_dds *in, const link_sink *sink)
+{
+    for (size_t i = 0; i < WIRE_DDS_EVENTS; i++)
+        if (atomic_exchange(&in->shared[i].matched, false)) report_shared(l, &in->shared[i], sink);
+}
+
 void link_dds_streams_report(link_dds *l, const link_sink *sink)
 {
     for (size_t i = 0; i < l->streams.count; i++) {
         stream *s = l->streams.at[i];
         if (atomic_exchange(&s->matched, false)) sink->stream_reader(sink->context, &l->head, s->name);
     }
-    for (size_t i = 0; i < WIRE_DDS_EVENTS; i++)
-        if (atomic_exchange(&l->shared[i].matched, false)) report_shared(l, &l->shared[i], sink);
+    report_all_shared(l, l, sink);
+    unsigned number = 1;
+    for (link_dds *room; (room = link_dds_next_room(l, &number)) != NULL;) report_all_shared(l, room, sink);
 }
 
 /* One of Cyclone's threads. */
@@ -102,16 +109,22 @@ static bool is_unnamed(const char *name, int64_t *client)
     return name[17] && strspn(name + 17, "0123456789") == strlen(name + 17);
 }
 
-/* NULL: this stream has a writer of its own. */
-static shared_events *shared_for(link_dds *l, const char *name, int64_t *client)
+/* NULL: this stream has a writer of its own, and no other. */
+static shared_events *shared_for(link_dds *l, link_dds *home, const char *name, int64_t client)
 {
-    if (l->own_streams < OWN_STREAMS || !is_unnamed(name, client)) return NULL;
-    int group = speakers_events_group(&l->speakers, *client);
-    if (!group) return NULL;
-    shared_events *shared = &l->shared[group - 1];
+    int64_t named_after;
+    int group = speakers_events_group(&l->speakers, client);
+    if (home->room) return link_dds_shared(home, group > 0 ? ((unsigned)group - 1) % WIRE_DDS_ROOM_GROUPS : 0);
+    if (l->own_streams < OWN_STREAMS || !group || !is_unnamed(name, &named_after)) return NULL;
+    return link_dds_shared(l, (unsigned)group - 1);
+}
+
+shared_events *link_dds_shared(link_dds *l, unsigned group)
+{
+    shared_events *shared = &l->shared[group];
     if (shared->out.entity > 0) return shared;
     char partition[WIRE_DDS_PARTITION_MAX];
-    wire_dds_events((unsigned)group - 1, partition);
+    wire_dds_events(group, partition);
     shared->owner = l;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_publication_matched_arg(listener, on_shared_matched, shared, true);
@@ -144,13 +157,18 @@ void link_dds_streams_note(link_dds *l, const wire_message *m)
         shared->idle_ns = clock_monotonic_ns();
 }
 
+static void flush_stream(link_dds *l, writer *w)
+{
+    link_dds_flush_writer(w);
+    if (atomic_exchange(&w->fresh, false)) reminder_put(&l->reminder, w->entity);
+}
+
 void link_dds_streams_flush(link_dds *l)
 {
     for (size_t i = 0; i < l->streams.count; i++) {
-        const stream *s = l->streams.at[i];
-        if (!s->out->dirty || may_wait(l, s->shared)) continue;
-        link_dds_flush_writer(s->out);
-        if (atomic_exchange(&s->out->fresh, false)) reminder_put(&l->reminder, s->out->entity);
+        stream *s = l->streams.at[i];
+        if (s->out->dirty && !may_wait(l, s->shared)) flush_stream(l, s->out);
+        if (s->own.dirty) flush_stream(l, &s->own);
     }
 }
 
@@ -166,26 +184,29 @@ static void on_matched(dds_entity_t entity, const dds_publication_matched_status
     link_dds_notice(s->owner, &s->matched);
 }
 
-static stream *stream_create(link_dds *l, const char *name)
+static stream *stream_create(link_dds *l, const char *name, int64_t client)
 {
+    int64_t named_after;
     stream *s = base_zalloc(1, sizeof *s);
     s->owner = l;
     s->name = base_strdup(name);
     s->out = &s->own;
-    s->shared = shared_for(l, name, &s->client);
+    s->client = client;
+    s->home = link_dds_home(l, client);
+    s->shared = shared_for(l, s->home, name, client);
     if (s->shared) {
         s->out = &s->shared->out;
         atomic_store(&s->out->fresh, true);
         link_dds_notice(l, &s->shared->matched);
-        return s;
+        if (!s->home->room || is_unnamed(name, &named_after)) return s; /* one with a name others may read, too */
     }
-    l->own_streams++;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_publication_matched_arg(listener, on_matched, s, true);
     dds_qos_t *qos = wire_dds_qos(WIRE_EVENT_BATCH, WIRE_DDS_WRITER, name, 0);
     s->own.entity = dds_create_writer(l->participant, link_dds_topic(l, WIRE_EVENT_BATCH), qos, listener);
     dds_delete_qos(qos);
     dds_delete_listener(listener);
+    l->own_streams += s->own.entity > 0;
     if (s->own.entity <= 0) log_error("DDS: stream %s: %s", name, dds_strretcode(s->own.entity));
     return s;
 }
@@ -236,8 +257,9 @@ void link_dds_closer_start(stream_closer *c)
 static void close_stream(link_dds *l, stream *s)
 {
     link_dds_flush_writer(s->out);
-    l->own_streams -= !s->shared;
-    if (!l->closer.runs || s->shared) {
+    link_dds_flush_writer(&s->own);
+    l->own_streams -= s->own.entity > 0;
+    if (!l->closer.runs || s->own.entity <= 0) {
         stream_destroy(s);
         return;
     }
@@ -270,19 +292,30 @@ static void report_readers_again(link_dds *l, stream *s)
         link_dds_notice(l, &s->matched);
 }
 
-void link_dds_stream_open(struct link *head, const char *name)
+/* Who comes back may do so in another room. */
+static bool is_at_home(link_dds *l, const stream *s, int64_t client)
+{
+    return s->client == client && s->home == link_dds_home(l, client);
+}
+
+void link_dds_stream_open(struct link *head, const char *name, int64_t client)
 {
     link_dds *l = link_dds_of(head);
     bool found;
     assert(!l->on_arrival);
     size_t i = stream_place(l, name, &found);
-    if (found) {
+    if (found && is_at_home(l, l->streams.at[i], client)) {
         report_readers_again(l, l->streams.at[i]);
+        return;
+    }
+    if (found) { /* its last words may still be under way where he was */
+        close_stream(l, l->streams.at[i]);
+        l->streams.at[i] = stream_create(l, name, client);
         return;
     }
     array_reserve(&l->streams, l->streams.count + 1);
     memmove(l->streams.at + i + 1, l->streams.at + i, (l->streams.count - i) * sizeof l->streams.at[0]);
-    l->streams.at[i] = stream_create(l, name);
+    l->streams.at[i] = stream_create(l, name, client);
     l->streams.count++;
 }
 

@@ -43,7 +43,7 @@ static void refuse(link_dds *l, const link_sink *sink, wire_kind kind, const wir
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
     metric_count(l->refused, 1);
-    sink->refused(sink->context, &l->head, kind, client, sequence, why);
+    sink->refused(sink->context, &l->whole->head, kind, client, sequence, why);
 }
 
 /* All kinds begin alike; only those that are kept can be taken back. */
@@ -71,8 +71,9 @@ static void mark_removed(wire_message *m, int64_t sequence)
 
 static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
 {
-    bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, &l->head.unclaimed, why);
-    l->head.origin = speakers_origin(&l->speakers, info->publication_handle);
+    bool admitted =
+        speakers_admit(&l->whole->speakers, &l->ear, m, info->publication_handle, &l->whole->head.unclaimed, why);
+    l->whole->head.origin = speakers_origin(&l->whole->speakers, info->publication_handle);
     if (!admitted && why->reason == WIRE_NOT_YOURS) metric_count(l->foreign, 1);
     return admitted;
 }
@@ -80,8 +81,8 @@ static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_inf
 static void hand_over(link_dds *l, const link_sink *sink, const wire_message *m)
 {
     if (m->kind == WIRE_POSE_BATCH) l->poses += m->pose_batch.bodies.count;
-    sink->message(sink->context, &l->head, m);
-    if (m->kind == WIRE_CLIENT && m->client.removed) speakers_release(&l->speakers, m->client.client);
+    sink->message(sink->context, &l->whole->head, m);
+    if (m->kind == WIRE_CLIENT && m->client.removed) speakers_release(&l->whole->speakers, m->client.client);
 }
 
 /* News of an instance without a sample (dds_dispose): its keys are all that is known. A disposed one was taken back;
@@ -184,9 +185,9 @@ static size_t put_off(
         free_waiting(b);
         return plain ? 0 : receive_copy(l, sink, kind, data, info);
     }
-    uint64_t source = l->head.origin ? (uint64_t)l->head.origin : info->publication_handle;
-    b->origin = l->head.origin;
-    b->unclaimed = l->head.unclaimed;
+    uint64_t source = l->whole->head.origin ? (uint64_t)l->whole->head.origin : info->publication_handle;
+    b->origin = l->whole->head.origin;
+    b->unclaimed = l->whole->head.unclaimed;
     size_t bytes = b->bytes.iov_len, poses = b->m.pose_batch.bodies.count, a_pose = poses ? bytes / poses : bytes;
     b->poses = poses;
     while (!b->m.pose_batch.step && b->m.pose_batch.bodies.count > PART) wait_in_part(l, b, source, a_pose * PART);
@@ -222,8 +223,8 @@ static bool is_enough(const link_sink *sink)
 static void hand_over_first(link_dds *l, const link_sink *sink, batch_waiting *b)
 {
     uint64_t work = 0;
-    l->head.origin = b->origin;
-    l->head.unclaimed = b->unclaimed;
+    l->whole->head.origin = b->origin;
+    l->whole->head.unclaimed = b->unclaimed;
     size_t room = b->lost ? SIZE_MAX : link_room_for(sink, &b->m, &work);
     size_t more = link_bytes_of_work(work);
     if (room != SIZE_MAX) {
@@ -231,9 +232,9 @@ static void hand_over_first(link_dds *l, const link_sink *sink, batch_waiting *b
         size_t a_pose = b->bytes.iov_len / b->poses;
         link_cut_poses(&b->m.pose_batch, (uint32_t)room, &part.pose_batch);
         turns_part(&l->waiting, room * a_pose, more);
-        l->head.in_parts = true;
+        l->whole->head.in_parts = true;
         hand_over(l, sink, &part);
-        l->head.in_parts = false;
+        l->whole->head.in_parts = false;
         return;
     }
     turns_take(&l->waiting, more);
@@ -263,8 +264,11 @@ static void forget_batch(void *context, void *message)
 /* Nothing of a lost client comes after the news of its loss. */
 static void report_lost(link_dds *l, const link_sink *sink, int64_t client)
 {
+    unsigned number = 1;
     turns_each(&l->waiting, forget_batch, &client);
-    sink->client_lost(sink->context, &l->head, client);
+    for (link_dds *room; (room = link_dds_next_room(l, &number)) != NULL;)
+        turns_each(&room->waiting, forget_batch, &client);
+    sink->client_lost(sink->context, &l->whole->head, client);
 }
 
 void link_dds_drop_waiting(link_dds *l)
@@ -359,22 +363,45 @@ size_t link_dds_receive_poses(struct link *head, const link_sink *sink)
     return messages;
 }
 
-size_t link_dds_receive(struct link *head, const link_sink *sink)
+static size_t receive_in(link_dds *l, const link_sink *sink)
 {
-    link_dds *l = link_dds_of(head);
     size_t messages = 0;
-    int64_t client;
-    atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
     l->on_arrival = l->is_behind = false;
-    if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->speakers);
+    if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->whole->speakers, &l->ear);
     atomic_store(&l->has_news, false);
     for (size_t i = 0; i < LINK_DDS_IN; i++)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
+    if (atomic_exchange(&l->status_matched, false) && sink->status_reader)
+        sink->status_reader(sink->context, &l->whole->head);
+    return messages;
+}
+
+/* The link, and its rooms: each time it begins with another one, since who comes last may find the round full. */
+static size_t receive_everywhere(link_dds *l, const link_sink *sink, bool *behind)
+{
+    size_t messages = 0;
+    unsigned from = l->first++ % (WIRE_DDS_ROOMS + 1);
+    for (unsigned i = 0; i <= WIRE_DDS_ROOMS; i++) {
+        unsigned number = (from + i) % (WIRE_DDS_ROOMS + 1);
+        link_dds *one = number ? atomic_load(&l->rooms[number]) : l;
+        if (!one) continue;
+        messages += receive_in(one, sink);
+        *behind |= one->is_behind;
+    }
+    return messages;
+}
+
+size_t link_dds_receive(struct link *head, const link_sink *sink)
+{
+    link_dds *l = link_dds_of(head);
+    int64_t client;
+    bool behind = false;
+    atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
+    size_t messages = receive_everywhere(l, sink, &behind);
     link_dds_streams_report(l, sink);
-    if (atomic_exchange(&l->status_matched, false) && sink->status_reader) sink->status_reader(sink->context, &l->head);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
-    l->loss_waited = l->is_behind ? l->loss_waited + 1 : 0;
-    if (!l->is_behind || l->loss_waited % LOST_WAITS == 0)
+    l->loss_waited = behind ? l->loss_waited + 1 : 0;
+    if (!behind || l->loss_waited % LOST_WAITS == 0)
         while (speakers_lost(&l->speakers, &client)) report_lost(l, sink, client);
     metric_count(l->messages_in, messages);
     return messages;

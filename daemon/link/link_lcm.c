@@ -621,8 +621,9 @@ static void lcm_flush(struct link *head)
     if (rest) wake(l->poke_fd);
 }
 
-static void lcm_stream_open(struct link *head, const char *stream)
+static void lcm_stream_open(struct link *head, const char *stream, int64_t client)
 {
+    (void)client;
     opened_add(&link_lcm_of(head)->streams, stream);
     wake(head->options.wake_fd);
 }

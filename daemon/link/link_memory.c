@@ -248,8 +248,9 @@ static void memory_flush(struct link *head)
     (void)head; /* publish has put it into the queues */
 }
 
-static void memory_stream_open(struct link *head, const char *stream)
+static void memory_stream_open(struct link *head, const char *stream, int64_t client)
 {
+    (void)client;
     opened_add(&link_memory_of(head)->streams, stream);
     wake(head->options.wake_fd);
 }

@@ -165,10 +165,14 @@ static void replay_flush(struct link *head)
     (void)head;
 }
 
-static void replay_stream(struct link *head, const char *stream)
+static void replay_stream_open(struct link *head, const char *stream, int64_t client)
 {
-    (void)head;
-    (void)stream;
+    (void)head, (void)stream, (void)client;
+}
+
+static void replay_stream_close(struct link *head, const char *stream)
+{
+    (void)head, (void)stream;
 }
 
 static void replay_describe(struct link *head, char *text, size_t size)
@@ -193,8 +197,8 @@ const link_ops link_replay_ops = {
     .receive = replay_receive,
     .publish = replay_publish,
     .flush = replay_flush,
-    .stream_open = replay_stream,
-    .stream_close = replay_stream,
+    .stream_open = replay_stream_open,
+    .stream_close = replay_stream_close,
     .describe = replay_describe,
     .close = replay_close,
 };

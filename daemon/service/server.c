@@ -188,6 +188,8 @@ static int open_link(server *v, const char *uri, char *why, size_t why_size)
         .program = s->config.gateway,
         .max_clients = (size_t)s->config.max_clients,
         .client_share = (size_t)(s->config.max_clients * s->config.share / 100 + (s->config.max_clients == 1)),
+        /* The other daemon of a pair would not be in them. */
+        .rooms = !s->config.standby && !s->replaying,
         .must_start = true};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);

@@ -193,7 +193,7 @@ static const char *get_stream(service *s, bytes_in *from)
         at.link = link_at(s, link);
         if (from->broken || !at.link) return "a stream is cut off";
         at.name = base_strdup(name);
-        at.link->ops->stream_open(at.link, at.name);
+        at.link->ops->stream_open(at.link, at.name, at.client);
     }
     array_push(&s->streams, at);
     s->scenes += at.live && at.scene;

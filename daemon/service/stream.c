@@ -30,7 +30,7 @@ static void open_at(service *s, session *c, const wire_subscription *m, uint32_t
         .each_tick = m->rate_hz == 0};
     scene_subscribed(s, &s->streams.at[world_id], m);
     stream_names_add(s, world_id);
-    c->link->ops->stream_open(c->link, name);
+    c->link->ops->stream_open(c->link, name, c->client);
 }
 
 static void name_of_stream(const session *c, const wire_subscription *m, char name[WIRE_NAME_MAX + 1])
@@ -60,7 +60,8 @@ void stream_open(service *s, session *c, const wire_subscription *m, uint32_t wo
     if (old) old->each_tick = m->rate_hz == 0;
     if (old) scene_subscribed(s, old, m);
     if (old && old->link == c->link && strcmp(old->name, name) == 0) {
-        if (!old->read) old->link->ops->stream_open(old->link, name); /* asked again: is somebody there after all? */
+        if (!old->read)
+            old->link->ops->stream_open(old->link, name, c->client); /* asked again: is somebody there after all? */
         return;
     }
     if (old) stream_close(s, world_id);

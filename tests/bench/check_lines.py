@@ -11,6 +11,8 @@ KEYS = {
                    "sent", "lost"],
     "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
     "hostile": ["neighbour_ms_p99", "longest_tick_ms", "rss_mb", "restarts", "wrong", "unanswered"],
+    "subscriptions": ["clients", "bodies", "subscriptions", "matching_us_each", "tick_us_p50", "tick_us_p99",
+        "bytes_each", "pairs"],
     "clients": ["clients", "joined", "seconds", "client_mb", "client_core_s", "daemon_core_s", "daemon_mb"],
     "python": ["bodies", "us_a_publish", "c_us_a_publish", "us_an_event", "events", "core_share"],
     "soak": ["events", "resident_kib"],

@@ -226,29 +226,28 @@ static void turn_back(const double q[4], const double v[3], double out[3])
     turn(back, v, out);
 }
 
-void check_nearest(const check_subject *s, size_t child, const double point[3], double out[3])
+void check_nearest(const check_subject *s, size_t child, const double point[3], check_near *out)
 {
     const collided_check_shape *core = s->shape.child_count ? &s->shape.children[child] : &s->shape;
     const double *frames[3] = {s->pose, s->shape.pose, core->pose};
-    double q[3] = {point[0], point[1], point[2]}, u[3], weights[4], most = size_of(core);
+    double q[3] = {point[0], point[1], point[2]}, u[3], most = size_of(core);
     for (int k = 0; k < (s->shape.child_count ? 3 : 2); k++) {
         double moved[3] = {q[0] - frames[k][0], q[1] - frames[k][1], q[2] - frames[k][2]};
         turn_back(frames[k] + 3, moved, q);
     }
-    size_t corners[4];
-    memcpy(out, q, 3 * sizeof *out);
+    *out = (check_near){.at = {q[0], q[1], q[2]}};
     int exponent;
     frexp(fmax(fmax(most, most_of(q, 3)), 0x1p-400), &exponent);
     double by = ldexp(1, -exponent), half[3] = {core->half[0] * by, core->half[1] * by, core->half[2] * by};
     for (int i = 0; i < 3; i++) q[i] *= by;
     if (core->kind == COLLIDED_CHECK_ELLIPSOID) {
         propose_ellipsoid(q, half, u);
-        for (int i = 0; i < 3; i++) out[i] = half[i] * u[i] / by;
+        for (int i = 0; i < 3; i++) out->at[i] = half[i] * u[i] / by;
     } else if (core->kind == COLLIDED_CHECK_HULL) {
-        propose_hull(core->points, core->point_count, q, by, corners, weights);
+        propose_hull(core->points, core->point_count, q, by, out->corners, out->weights);
         for (int i = 0; i < 3; i++) {
-            out[i] = 0;
-            for (int k = 0; k < 4; k++) out[i] += weights[k] * core->points[3 * corners[k] + (size_t)i];
+            out->at[i] = 0;
+            for (int k = 0; k < 4; k++) out->at[i] += out->weights[k] * core->points[3 * out->corners[k] + (size_t)i];
         }
     }
 }
@@ -283,9 +282,9 @@ void check_print(FILE *to, const check_case *c, const collided_check_proven *pro
     for (int i = 0; i < 2; i++) print_numbers(to, points[i], 3);
     for (int i = 0; i < 2; i++)
         for (size_t k = 0; k < (both[i]->shape.child_count ? both[i]->shape.child_count : 1); k++) {
-            double near[3];
-            check_nearest(both[i], k, points[i], near);
-            print_numbers(to, near, 3);
+            check_near near;
+            check_nearest(both[i], k, points[i], &near);
+            print_numbers(to, near.at, 3);
         }
     fprintf(to, "%a %a\n", proven->lo, proven->hi);
 }

@@ -38,7 +38,12 @@ double check_size(const check_case *c);
 /* A line for second_checker.py. */
 void check_print(FILE *to, const check_case *c, const collided_check_proven *proven);
 
-/* What the kernel's search proposes for a child of a shape: the core's point that is nearest to a world point. */
-void check_nearest(const check_subject *s, size_t child, const double point[3], double out[3]);
+/* What the kernel's search proposes for a child of a shape: the core's point that is nearest to a world point, in the
+ * core's frame; of a hull also the corners and their weights. */
+typedef struct check_near {
+    double at[3], weights[4];
+    size_t corners[4];
+} check_near;
+void check_nearest(const check_subject *s, size_t child, const double point[3], check_near *out);
 
 #endif

@@ -106,6 +106,8 @@ static void each_bad_word_is_named(void **state)
     EXPECT(c.claim.lo = NAN, COLLIDED_CHECK_BAD_CLAIM);
     EXPECT(c.claim.hi = NAN, COLLIDED_CHECK_BAD_CLAIM);
     EXPECT(c.claim.hi = -INFINITY, COLLIDED_CHECK_BAD_CLAIM);
+    EXPECT((c.claim.lo = INFINITY, c.claim.hi = INFINITY), COLLIDED_CHECK_BAD_CLAIM);
+    EXPECT((c.claim.lo = -INFINITY, c.claim.hi = -INFINITY), COLLIDED_CHECK_BAD_CLAIM);
     EXPECT(c.claim.lo = 1.5000000001, COLLIDED_CHECK_LO_UNPROVEN);
     EXPECT(c.claim.hi = 1.4999999999, COLLIDED_CHECK_HI_UNPROVEN);
     EXPECT((c.claim.lo = -INFINITY, c.claim.hi = -1), COLLIDED_CHECK_DEPTH_UNPROVEN);
@@ -128,6 +130,127 @@ static void each_bad_word_is_named(void **state)
         assert_true(strcmp(collided_check_status_text((collided_check_status)status), "no status") != 0);
     assert_string_equal(
         collided_check_status_text((collided_check_status)(COLLIDED_CHECK_NO_POINTER + 1)), "no status");
+}
+
+/* The largest number that may be, and the shortest and longest quaternion and axis: (31, 6, 5) / 32 is of squared
+ * length 1 - 2^-9, (32, 1, 1) / 32 of 1 + 2^-9. What is next is refused. */
+static void limits_belong_to_the_input(void **state)
+{
+    (void)state;
+    static check_case c;
+    collided_check_proven p;
+    const double most = 0x1p400, lengths[2][3] = {{31. / 32, 6. / 32, 5. / 32}, {1, 1. / 32, 1. / 32}};
+    double *const sizes[] = {&c.a.shape.half[0], &c.a.shape.half[1], &c.a.shape.half[2], &c.a.shape.radius,
+        &c.a.shape.deviation, &c.b.shape.radius};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        set_up(&c), c.claim.lo = -INFINITY, c.claim.hi = 1e300, *sizes[i] = most;
+        assert_int_equal(ask(&c, &p), COLLIDED_CHECK_PROVEN);
+        *sizes[i] = nextafter(most, INFINITY);
+        assert_int_equal(ask(&c, &p), COLLIDED_CHECK_BAD_SIZE);
+        *sizes[i] = -0x1p-1074;
+        assert_int_equal(ask(&c, &p), COLLIDED_CHECK_BAD_SIZE);
+    }
+    for (int i = 0; i < 3; i++)
+        for (int sign = -1; sign < 2; sign += 2) {
+            const struct {
+                double *at;
+                collided_check_status bad;
+            } numbers[] = {{&c.a.shape.pose[i], COLLIDED_CHECK_BAD_POSE}, {&c.b.pose[i], COLLIDED_CHECK_BAD_POSE},
+                {&c.claim.point_a[i], COLLIDED_CHECK_BAD_CLAIM}, {&c.claim.point_b[i], COLLIDED_CHECK_BAD_CLAIM}};
+            for (size_t k = 0; k < 4; k++) {
+                set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300, *numbers[k].at = sign * most;
+                assert_int_equal(ask(&c, &p), COLLIDED_CHECK_PROVEN);
+                *numbers[k].at = sign * nextafter(most, INFINITY);
+                assert_int_equal(ask(&c, &p), numbers[k].bad);
+            }
+        }
+    for (int i = 0; i < 2; i++) {
+        double beyond = i ? INFINITY : 0, *poses[] = {c.a.shape.pose, c.b.shape.pose, c.a.pose, c.b.pose};
+        set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300;
+        for (int k = 0; k < 4; k++) memcpy(poses[k] + 3 + k % 2, lengths[i], sizeof lengths[i]);
+        c.a.shape.pose[6] = c.a.pose[6] = 0, c.b.shape.pose[3] = c.b.pose[3] = 0;
+        memcpy(c.claim.axis, lengths[i], sizeof lengths[i]);
+        assert_int_equal(ask(&c, &p), COLLIDED_CHECK_PROVEN);
+        for (int k = 0; k < 4; k++) {
+            double kept = poses[k][3 + k % 2];
+            poses[k][3 + k % 2] = nextafter(kept, beyond);
+            assert_int_equal(ask(&c, &p), COLLIDED_CHECK_BAD_POSE);
+            poses[k][3 + k % 2] = kept;
+        }
+        c.claim.axis[0] = nextafter(c.claim.axis[0], beyond);
+        assert_int_equal(ask(&c, &p), COLLIDED_CHECK_BAD_AXIS);
+    }
+}
+
+/* lo is short of 1.5, or of what else is exact, by LO_SLACK times the power of two above the greatest number, wherever
+ * that stands. */
+static void the_slack_goes_with_the_greatest_number(void **state)
+{
+    (void)state;
+    static check_case c;
+    collided_check_proven p;
+    const double big = 0x1p20;
+    set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300; /* the greatest is 4 */
+    ask(&c, &p);
+    double slack = (1.5 - p.lo) / 8;
+    assert_true(slack > 0x1p-43 && slack < 0x1p-42);
+    c.a.shape.half[1] = 7.5;
+    ask(&c, &p);
+    assert_true(1.5 - p.lo == slack * 8);
+    double *const core[] = {&c.a.shape.half[1], &c.a.shape.half[2], &c.a.shape.deviation, &c.a.shape.pose[1],
+        &c.b.shape.pose[2], &c.b.pose[1]};
+    for (size_t i = 0; i < sizeof core / sizeof *core; i++)
+        for (int whole = 0; whole < 2; whole++) { /* 2^20 and less than 2^21 */
+            set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300;
+            *core[i] = whole ? big : 1.5 * big;
+            ask(&c, &p);
+            assert_true(1.5 - p.lo == slack * 2 * big);
+        }
+    for (int at = 0; at < 3; at++) {
+        set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300;
+        for (int i = 0; i < 9; i++) c.a.points[0][i] = i % 3 ? 0 : 1;
+        c.a.points[0][3 * at + 1] = -big;
+        c.a.shape = (collided_check_shape){.kind = COLLIDED_CHECK_HULL,
+            .radius = 0.5,
+            .pose = {0, 0, 0, 1},
+            .points = c.a.points[0],
+            .point_count = 3};
+        ask(&c, &p);
+        assert_true(1.5 - p.lo == slack * 2 * big);
+    }
+    double *const of[] = {&c.a.shape.pose[1], &c.a.shape.pose[2], &c.a.shape.deviation, &c.a.shape.radius,
+        &c.a.children[1].half[1], &c.a.children[0].pose[2], &c.a.children[1].deviation};
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
+        set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300;
+        c.a.children[0] = c.a.children[1] = c.a.shape;
+        c.a.shape = (collided_check_shape){
+            .kind = COLLIDED_CHECK_COMPOUND, .pose = {0, 0, 0, 1}, .children = c.a.children, .child_count = 2};
+        *of[i] = big;
+        ask(&c, &p);
+        assert_true(1.5 - c.a.shape.radius - p.lo == slack * 2 * big);
+    }
+}
+
+/* As many points and children as may be, and one more. */
+static void the_largest_counts_are_taken(void **state)
+{
+    (void)state;
+    static check_case c;
+    static double points[3 * (COLLIDED_CHECK_POINTS_MOST + 1)];
+    static collided_check_shape children[COLLIDED_CHECK_CHILDREN_MOST + 1];
+    collided_check_proven p;
+    set_up(&c), c.claim.lo = -1e300, c.claim.hi = 1e300;
+    for (size_t i = 0; i <= COLLIDED_CHECK_CHILDREN_MOST; i++) children[i] = c.a.shape;
+    c.a.shape.kind = COLLIDED_CHECK_HULL, c.a.shape.points = points;
+    for (size_t more = 0; more < 2; more++) {
+        c.a.shape.point_count = COLLIDED_CHECK_POINTS_MOST + more;
+        assert_int_equal(ask(&c, &p), more ? COLLIDED_CHECK_BAD_POINTS : COLLIDED_CHECK_PROVEN);
+    }
+    c.a.shape.kind = COLLIDED_CHECK_COMPOUND, c.a.shape.children = children;
+    for (size_t more = 0; more < 2; more++) {
+        c.a.shape.child_count = COLLIDED_CHECK_CHILDREN_MOST + more;
+        assert_int_equal(ask(&c, &p), more ? COLLIDED_CHECK_BAD_CHILDREN : COLLIDED_CHECK_PROVEN);
+    }
 }
 
 static void a_claim_may_be_short_by_less_than_allowed(void **state)
@@ -231,8 +354,9 @@ static void this_machine_computes_as_assumed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(each_bad_number_is_named),
-        cmocka_unit_test(each_bad_word_is_named), cmocka_unit_test(a_claim_may_be_short_by_less_than_allowed),
-        cmocka_unit_test(nothing_is_read_beyond), cmocka_unit_test(any_bits_are_answered),
-        cmocka_unit_test(this_machine_computes_as_assumed)};
+        cmocka_unit_test(each_bad_word_is_named), cmocka_unit_test(limits_belong_to_the_input),
+        cmocka_unit_test(the_slack_goes_with_the_greatest_number), cmocka_unit_test(the_largest_counts_are_taken),
+        cmocka_unit_test(a_claim_may_be_short_by_less_than_allowed), cmocka_unit_test(nothing_is_read_beyond),
+        cmocka_unit_test(any_bits_are_answered), cmocka_unit_test(this_machine_computes_as_assumed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

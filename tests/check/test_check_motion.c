@@ -233,6 +233,39 @@ static void bounds_of_motion(void **state)
         collided_check_twist(&a, none, (double[]){NAN, 0, 0}, &b, none, none, &speed, &bend), COLLIDED_CHECK_BAD_CLAIM);
 }
 
+/* Numbers of which the squares underflow: neither a velocity nor a size may be lost. */
+static void bounds_of_tiny_motion(void **state)
+{
+    (void)state;
+    const double none[3] = {0, 0, 0};
+    double speed, bend;
+    for (double tiny = 0x1p-500; tiny > 0; tiny *= 0x1p-37)
+        for (int way = 0; way < 3; way++) {
+            double v[3] = {0, 0, 0}, size = way == 2 ? tiny : 0x1p390;
+            v[way] = tiny;
+            collided_check_shape a = {.kind = COLLIDED_CHECK_BOX, .half = {0, size, 0}, .pose = {0, 0, 0, 1}}, b = a;
+            assert_int_equal(collided_check_twist(&a, none, none, &b, v, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+            assert_true(speed >= tiny && speed < fmax(2 * tiny, 0x1p-490) && bend >= 0 && bend < 0x1p-490);
+            assert_int_equal(collided_check_twist(&a, v, none, &b, none, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+            assert_true(speed >= tiny);
+            double w[3] = {0, 0, way == 2 ? 0x1p390 : tiny}; /* the product is what counts */
+            for (int second = 0; second < 2; second++) {
+                assert_int_equal(
+                    collided_check_twist(&a, none, second ? none : w, &b, none, second ? w : none, &speed, &bend),
+                    COLLIDED_CHECK_PROVEN);
+                assert_true(speed >= tiny * 0x1p390 && bend >= w[2] * w[2] * size);
+            }
+            double points[3] = {size, 0, 0};
+            a = (collided_check_shape){
+                .kind = COLLIDED_CHECK_HULL, .points = points, .point_count = 1, .pose = {0, 0, 0, 1}};
+            assert_int_equal(collided_check_twist(&a, none, w, &b, none, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+            assert_true(speed >= tiny * 0x1p390);
+            a = (collided_check_shape){.kind = COLLIDED_CHECK_SPHERE, .pose = {0, size, 0, 1}};
+            assert_int_equal(collided_check_twist(&a, none, w, &b, none, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+            assert_true(speed >= tiny * 0x1p390);
+        }
+}
+
 /* ---- features ---- */
 
 static void differences(int kind, const double points[12], vec3 w[4])
@@ -375,6 +408,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(motions_that_are_accepted_are_free),
         cmocka_unit_test(limits_of_the_rules), cmocka_unit_test(bounds_of_motion),
-        cmocka_unit_test(features_that_are_accepted_are_apart), cmocka_unit_test(limits_of_features)};
+        cmocka_unit_test(bounds_of_tiny_motion), cmocka_unit_test(features_that_are_accepted_are_apart),
+        cmocka_unit_test(limits_of_features)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* Crowds over DDS on loopback: many processes that start at once all come in; they find the daemon and not each other;
  * a limit that they reach is named at both ends; and a participant of another vendor finds the daemon. On a network,
  * too, clients do not hear each other; and who gives turns to join cannot be made to give none. */
+#include "crowd.h"
 #include "rig.h"
 
 #include <dds/dds.h>
@@ -19,45 +20,6 @@ enum { DOMAIN = 61 /* of RIG_DDS */, CROWD = 60, CROWD_NIGHTLY = 200, FOREIGN = 
 static int crowd_size(void)
 {
     return getenv("COLLIDED_NIGHTLY") ? CROWD_NIGHTLY : CROWD;
-}
-
-/* ---- one of a crowd ---- */
-
-static void on_batch(void *context, const collided_batch *b)
-{
-    (void)context;
-    (void)b;
-}
-
-static bool create_cube(collided *c, const char *name)
-{
-    collided_shape cube = collided_box(1, 1, 1);
-    collided_body_def def = collided_body_def_default();
-    def.name = name;
-    def.shapes = &cube;
-    def.shape_count = 1;
-    return collided_create_body(c, &def).id != COLLIDED_NONE;
-}
-
-/* A second body says that the first is acknowledged and that the stream has begun. */
-static int be_one(const char *uri, const char *number, const char *interface)
-{
-    char name[64];
-    collided_def def = collided_def_default();
-    collided_subscription_def watch = collided_subscription_def_default();
-    def.connect_timeout_s = 4 * RIG_PATIENCE_S;
-    def.interface = interface;
-    collided *c = collided_connect(uri, &def);
-    if (!c) return fprintf(stderr, "%s: %s\n", number, collided_connect_error()), 1;
-    snprintf(name, sizeof name, "first of %s", number);
-    watch.select_a = name;
-    watch.callback = on_batch;
-    if (!create_cube(c, name) || collided_subscribe(c, &watch).id == COLLIDED_NONE ||
-        collided_sync(c, 4 * RIG_PATIENCE_S) != COLLIDED_OK)
-        return fprintf(stderr, "%s: %s\n", number, collided_error(c)), 1;
-    snprintf(name, sizeof name, "second of %s", number);
-    if (!create_cube(c, name)) return 1;
-    for (;;) collided_poll(c, 1); /* until it is ended */
 }
 
 /* ---- tests ---- */
@@ -130,7 +92,7 @@ static void a_crowd_comes_in_and_knows_nobody_but_the_daemon(void **state)
         snprintf(number, sizeof number, "%d", i);
         crowd[i] = rig_self("one", RIG_DDS, number);
     }
-    UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == 2 * (int64_t)size);
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, crowd_counter(watcher, "bodies") == CROWD_BODIES * (int64_t)size);
     for (int i = 0; i < size; i++) assert_true(rig_alive(crowd[i]));
     assert_int_equal(participants(), 2); /* the daemon's, and our own */
     is_matched_with_few_of_the_daemons_ends();
@@ -153,7 +115,7 @@ static void clients_on_a_network_do_not_hear_each_other(void **state)
         snprintf(number, sizeof number, "%d", i);
         rig_self("wide", RIG_DDS, number);
     }
-    UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == 2 * SIZE);
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, crowd_counter(watcher, "bodies") == CROWD_BODIES * SIZE);
     assert_int_equal(participants(), 2);
     rig_close(watcher);
 }
@@ -299,7 +261,7 @@ static void a_stream_begins_soon(void **state)
 
 static int ask_for_a_turn(void)
 {
-    const char name[] = "\0collided/dds/61"; /* DOMAIN; of the abstract namespace */
+    const char name[] = "\0collided/turns/61"; /* DOMAIN; of the abstract namespace */
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     socklen_t length = offsetof(struct sockaddr_un, sun_path) + sizeof name - 1;
     memcpy(address.sun_path, name, sizeof name - 1);
@@ -315,18 +277,31 @@ static char hear(int fd)
     return read(fd, &word, 1) == 1 ? word : 0;
 }
 
+typedef struct greeting {
+    char word, crowd, room;
+} greeting;
+
+static greeting greeted(int fd)
+{
+    greeting g = {0};
+    assert_int_equal(recv(fd, &g, sizeof g, MSG_WAITALL), sizeof g);
+    return g;
+}
+
 /* What two ask for at the same time Cyclone sends to everybody who is there: so one has it to himself. */
 static void turns_are_given_one_by_one(void **state)
 {
     (void)state;
-    enum { MANY = 20 };
+    enum { MANY = 12 /* that are in no room */ };
     const double patience_s = 0.08; /* below that of the daemon, who gives the next turn when one takes very long */
     int asks[MANY], checked = 0;
     rig_daemon(NULL, NULL);
     rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
     for (int i = 0; i < MANY; i++) {
         asks[i] = ask_for_a_turn();
-        assert_int_equal(hear(asks[i]), 'w');
+        greeting g = greeted(asks[i]);
+        assert_int_equal(g.word, 'w');
+        assert_int_equal(g.room, 0);
     }
     for (int i = 0; i < MANY; i++) {
         char early;
@@ -363,15 +338,13 @@ static void who_is_one_of_a_crowd_is_told(void **state)
     (void)state;
     enum { FEW = 30, CROWD_FROM = 64, MANY = 80 };
     int asks[MANY];
-    char words[2];
     rig_daemon(NULL, NULL);
-    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
+    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE));      /* it is ready */
+    for (int i = 0; i < MANY; i++) asks[i] = ask_for_a_turn(); /* at once: a turn is over after 2 s */
     for (int i = 0; i < MANY; i++) {
-        asks[i] = ask_for_a_turn();
-        assert_int_equal(recv(asks[i], words, 1, MSG_PEEK), 1); /* the daemon has answered, with one packet */
-        bool twice = recv(asks[i], words, 2, MSG_PEEK) == 2 && words[0] == 'w' && words[1] == 'w';
-        if (i < FEW) assert_false(twice);
-        if (i > CROWD_FROM) assert_true(twice);
+        greeting g = greeted(asks[i]);
+        if (i < FEW) assert_false(g.crowd);
+        if (i > CROWD_FROM) assert_true(g.crowd);
     }
     for (int i = 0; i < MANY; i++) close(asks[i]);
 }
@@ -386,7 +359,7 @@ static void who_leaves_before_his_turn_is_counted(void **state)
     collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
     for (int i = 0; i < IDLE; i++) {
         idle[i] = ask_for_a_turn();
-        assert_int_equal(hear(idle[i]), 'w');
+        assert_int_equal(greeted(idle[i]).word, 'w');
     }
     collided_def def = collided_def_default();
     def.connect_timeout_s = 0.2; /* 24 at a time, of 2 s each, are before it */
@@ -396,6 +369,53 @@ static void who_leaves_before_his_turn_is_counted(void **state)
     UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "dds_turns_given_up") >= 1 + GIVE_UP);
     for (int i = 0; i < IDLE - GIVE_UP; i++) close(idle[i]);
     rig_close(c);
+}
+
+/* Who is in a room is in none of those that are filled after it: a crowd costs what its number does. */
+static void rooms_are_filled_one_after_the_other(void **state)
+{
+    (void)state;
+    enum { OUTSIDE = 16, ROOM = 32, TOGETHER = 4, MANY = 200, ROOMS = 48 };
+    int asks[MANY], in[ROOMS + 1] = {0};
+    rig_daemon(NULL, NULL);
+    collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    for (int i = 0; i < MANY; i++) asks[i] = ask_for_a_turn(); /* at once: a turn is over after 2 s */
+    for (int i = 0; i < MANY; i++) in[(int)greeted(asks[i]).room]++;
+    assert_in_range(in[0], OUTSIDE - 2, OUTSIDE);
+    for (int i = 1; i <= TOGETHER; i++) assert_int_equal(in[i], ROOM);
+    assert_int_equal(in[TOGETHER + 1], (MANY - in[0] - TOGETHER * ROOM + TOGETHER - 1) / TOGETHER);
+    for (int i = 2 * TOGETHER + 1; i <= ROOMS; i++) assert_int_equal(in[i], 0);
+    UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "dds_rooms") == 2 * TOGETHER);
+    for (int i = 0; i < MANY; i++) close(asks[i]);
+    rig_close(c);
+}
+
+/* The rooms of a daemon are its own; they are there again when those who are in them look for it. */
+static void who_is_in_a_room_finds_a_daemon_that_comes_later(void **state)
+{
+    (void)state;
+    enum { OUTSIDE = 16, SIZE = 30 };
+    char number[16];
+    pid_t daemon = rig_daemon(NULL, NULL);
+    collided *watcher = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    int fill[OUTSIDE];
+    for (int i = 0; i < OUTSIDE; i++) fill[i] = ask_for_a_turn(); /* all who come behind them are in rooms */
+    for (int i = 0; i < OUTSIDE; i++) greeted(fill[i]);
+    for (int i = 0; i < SIZE; i++) {
+        snprintf(number, sizeof number, "%d", i);
+        rig_self("one", RIG_DDS, number);
+    }
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, crowd_counter(watcher, "bodies") == CROWD_BODIES * SIZE);
+    UNTIL(watcher, RIG_PATIENCE_S, crowd_counter(watcher, "dds_rooms") > 0);
+    assert_int_equal(participants(), 2); /* the daemon's, and our own: the others are in rooms */
+    for (int i = 0; i < OUTSIDE; i++) close(fill[i]);
+    rig_kill(daemon, SIGKILL);
+    UNTIL(watcher, RIG_PATIENCE_S, collided_poll(watcher, 0) == COLLIDED_NO_DAEMON);
+    rig_daemon(NULL, NULL);
+    UNTIL(watcher, RIG_PATIENCE_S, collided_poll(watcher, 0) == COLLIDED_OK);
+    UNTIL(watcher, 4 * RIG_PATIENCE_S,
+        crowd_counter(watcher, "bodies") == CROWD_BODIES * SIZE && crowd_counter(watcher, "dds_rooms") > 0);
+    rig_close(watcher);
 }
 
 static void a_limit_is_named_at_both_ends(void **state)
@@ -456,7 +476,7 @@ static void another_vendor_finds_the_daemon(void **state)
 
 int main(int argc, char **argv)
 {
-    if (argc == 4) return be_one(argv[2], argv[3], strcmp(argv[1], "wide") == 0 ? "lo" : NULL);
+    if (argc == 4) return crowd_be_one(argv[2], argv[3], strcmp(argv[1], "wide") == 0 ? "lo" : NULL);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(a_crowd_comes_in_and_knows_nobody_but_the_daemon, rig_end_all),
         cmocka_unit_test_teardown(clients_on_a_network_do_not_hear_each_other, rig_end_all),
@@ -467,6 +487,8 @@ int main(int argc, char **argv)
         cmocka_unit_test_teardown(turns_go_on_though_some_never_come, rig_end_all),
         cmocka_unit_test_teardown(who_is_one_of_a_crowd_is_told, rig_end_all),
         cmocka_unit_test_teardown(who_leaves_before_his_turn_is_counted, rig_end_all),
+        cmocka_unit_test_teardown(rooms_are_filled_one_after_the_other, rig_end_all),
+        cmocka_unit_test_teardown(who_is_in_a_room_finds_a_daemon_that_comes_later, rig_end_all),
         cmocka_unit_test_teardown(a_limit_is_named_at_both_ends, rig_end_all),
         cmocka_unit_test_teardown(a_daemon_that_comes_later_is_found, rig_end_all),
 #ifdef FAST_DDS

@@ -1,6 +1,7 @@
 /* Crowds over DDS on loopback of which some are killed, and the daemon with them, while the others join: a discovery
  * that is cut off at any packet is repaired, so that everybody who lives is in afterwards, with all that it announced.
  * Who is killed, and when, is drawn; the seed is printed, and COLLIDED_SEED repeats it but for the machine's pace. */
+#include "crowd.h"
 #include "rig.h"
 
 #include <poll.h>
@@ -18,44 +19,6 @@ static const double IN_S = 60; /* from the last kill until the last one is in: w
 static int crowd_size(void)
 {
     return getenv("COLLIDED_NIGHTLY") ? CROWD_NIGHTLY : CROWD;
-}
-
-/* ---- one of a crowd ---- */
-
-static void on_batch(void *context, const collided_batch *b)
-{
-    (void)context;
-    (void)b;
-}
-
-static bool create_cube(collided *c, const char *name)
-{
-    collided_shape cube = collided_box(1, 1, 1);
-    collided_body_def def = collided_body_def_default();
-    def.name = name;
-    def.shapes = &cube;
-    def.shape_count = 1;
-    return collided_create_body(c, &def).id != COLLIDED_NONE;
-}
-
-/* It has patience: with a daemon that is killed, too. The second body says that the first is acknowledged, and that
- * the stream has begun. */
-static int be_one(const char *uri, const char *number)
-{
-    char name[64];
-    collided_def def = collided_def_default();
-    collided_subscription_def watch = collided_subscription_def_default();
-    def.connect_timeout_s = 1000;
-    collided *c = collided_connect(uri, &def);
-    if (!c) return fprintf(stderr, "%s: %s\n", number, collided_connect_error()), 1;
-    snprintf(name, sizeof name, "first of %s", number);
-    watch.select_a = name;
-    watch.callback = on_batch;
-    if (!create_cube(c, name) || collided_subscribe(c, &watch).id == COLLIDED_NONE) return 1;
-    while (collided_sync(c, 1) != COLLIDED_OK) continue;
-    snprintf(name, sizeof name, "second of %s", number);
-    if (!create_cube(c, name)) return 1;
-    for (;;) collided_poll(c, 1); /* until it is ended */
 }
 
 /* ---- the test ---- */
@@ -98,32 +61,18 @@ static void kill_some(pid_t *crowd, int size, pid_t *daemon)
     }
 }
 
-typedef struct census {
-    int64_t bodies, clients, waiting;
-} census;
-
-/* As it was told last; a daemon that is not heard for a while tells nothing new. */
-static void count_those_in(collided *watcher, census *out)
-{
-    collided_daemon_status s;
-    if (collided_get_status(watcher, 0.1, &s) != COLLIDED_OK) return;
-    for (size_t i = 0; i < s.counter_count; i++) {
-        if (strcmp(s.counters[i].name, "bodies") == 0) out->bodies = s.counters[i].value;
-        if (strcmp(s.counters[i].name, "clients") == 0) out->clients = s.counters[i].value;
-        if (strcmp(s.counters[i].name, "dds_turns_waiting") == 0) out->waiting = s.counters[i].value;
-    }
-}
-
 static void wait_until_all_are_in(collided *watcher, int size)
 {
-    census in = {-1, -1, -1};
+    int64_t bodies = -1, clients = -1;
     double began = rig_now_s();
-    while (in.bodies != 2 * (int64_t)size || in.clients != size + 1) {
+    while (bodies != CROWD_BODIES * (int64_t)size || clients != size + 1) {
         if (rig_now_s() - began > IN_S)
             fail_msg("after %g s %lld of %d bodies and %lld of %d clients are in, %lld wait for their turn", IN_S,
-                (long long)in.bodies, 2 * size, (long long)in.clients, size + 1, (long long)in.waiting);
+                (long long)bodies, CROWD_BODIES * size, (long long)clients, size + 1,
+                (long long)crowd_counter(watcher, "dds_turns_waiting"));
         collided_poll(watcher, 0.05);
-        count_those_in(watcher, &in);
+        bodies = crowd_counter(watcher, "bodies");
+        clients = crowd_counter(watcher, "clients");
     }
     print_message("%d clients are in %.1f s after the last kill\n", size, rig_now_s() - began);
 }
@@ -148,7 +97,7 @@ static void who_lives_is_in_when_others_were_killed(void **state)
 
 int main(int argc, char **argv)
 {
-    if (argc == 4) return be_one(argv[2], argv[3]);
+    if (argc == 4) return crowd_be_one(argv[2], argv[3], NULL);
     const char *given = getenv("COLLIDED_SEED");
     seed = given ? (unsigned)strtoul(given, NULL, 10) : (unsigned)time(NULL) ^ (unsigned)getpid();
     print_message("COLLIDED_SEED=%u\n", seed);

@@ -125,7 +125,7 @@ static void each_kind_passes_both_ways_unchanged(void **state)
     (void)state;
     rig r;
     dds_open(&r);
-    r.link->ops->stream_open(r.link, "cell");
+    r.link->ops->stream_open(r.link, "cell", 1);
     client c = client_start("talk", NULL);
     assert_says(&c, &r, RIG_PATIENCE_S, "sent");
     for (wire_kind k = WIRE_CLIENT; k <= WIRE_QUERY; k++) { /* topics have no order among each other */
@@ -189,7 +189,7 @@ static void a_stream_tells_of_each_reader_that_comes(void **state)
     (void)state;
     rig r;
     dds_open(&r);
-    r.link->ops->stream_open(r.link, "arm");
+    r.link->ops->stream_open(r.link, "arm", 1);
     client first = client_start("listen", "arm");
     RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.readers == 1);
     assert_string_equal(r.heard.reader, "arm");
@@ -198,7 +198,7 @@ static void a_stream_tells_of_each_reader_that_comes(void **state)
     client_kill(&first);
     rig_receive(&r);
     assert_int_equal(r.heard.readers, 2); /* one that goes is no news */
-    r.link->ops->stream_open(r.link, "arm");
+    r.link->ops->stream_open(r.link, "arm", 1);
     RIG_UNTIL(&r, 10, r.heard.readers == 3); /* opened again, it tells of who is there */
     client_kill(&second);
     rig_close(&r);
@@ -232,7 +232,7 @@ static void streams_do_not_hear_each_other(void **state)
     dds_open(&r);
     client c[3];
     char expected[NAME_BYTES];
-    for (int i = 0; i < 3; i++) r.link->ops->stream_open(r.link, names[i]);
+    for (int i = 0; i < 3; i++) r.link->ops->stream_open(r.link, names[i], 1);
     for (int i = 0; i < 3; i++) c[i] = client_start("listen", names[i]);
     for (int i = 0; i < 3; i++) assert_says(&c[i], &r, RIG_PATIENCE_S, "matched");
     RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.readers == 3);
@@ -257,7 +257,7 @@ static void hear_a_stream_that_is_closed_at_once(void)
 {
     rig r;
     dds_open(&r);
-    r.link->ops->stream_open(r.link, "arm");
+    r.link->ops->stream_open(r.link, "arm", 1);
     client c = client_start("listen", "arm");
     assert_says(&c, &r, RIG_PATIENCE_S, "matched");
     RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.readers == 1);
@@ -479,7 +479,7 @@ static void no_round_on_arrival_waits_for_a_reader(void **state)
     (void)state;
     arrivals a = {.lock = PTHREAD_MUTEX_INITIALIZER};
     dds_open(&a.rig);
-    a.rig.link->ops->stream_open(a.rig.link, "arm");
+    a.rig.link->ops->stream_open(a.rig.link, "arm", 1);
     client still = client_start("listen", "arm");
     assert_says(&still, &a.rig, RIG_PATIENCE_S, "matched");
     RIG_UNTIL(&a.rig, RIG_PATIENCE_S, a.rig.heard.readers == 1);
@@ -577,7 +577,7 @@ static void late_joiners_get_the_status(void **state)
     dds_open(&r);
     wire_message m = sample_message(WIRE_STATUS);
     rig_publish(&r, &m);
-    r.link->ops->stream_open(r.link, "cell");
+    r.link->ops->stream_open(r.link, "cell", 1);
     client c = client_start("talk", NULL);
     char line[NAME_BYTES];
     client_says(&c, &r, RIG_PATIENCE_S, line);

@@ -158,7 +158,7 @@ static void an_opened_stream_is_told_of_once(void **state)
     (void)state;
     rig r;
     rig_open(&r, "memory://cell", NULL);
-    r.link->ops->stream_open(r.link, "cell");
+    r.link->ops->stream_open(r.link, "cell", 1);
     assert_true(rig_is_woken(&r, 0));
     rig_receive(&r);
     rig_receive(&r);

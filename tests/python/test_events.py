@@ -51,8 +51,46 @@ def proofs_are_checked_here():
         for by in ("lo", "hi"):
             wrong = type("Wrong", (), {**vars(hit), by: getattr(hit, by) + (1e-6 if by == "lo" else -1e-6)})
             check(not collided.verify(cube, poses[0], SPHERE, poses[1], wrong), f"a wrong {by} is not")
+            setattr(wrong, *(("hi", np.inf) if by == "lo" else ("lo", -np.inf)))
+            missing = collided.check(cube, poses[0], SPHERE, poses[1], wrong)
+            check(not missing and missing.status.name == f"{by.upper()}_UNPROVEN", f"nor for the kernel: {missing}")
+        proven = collided.check(cube, poses[0], SPHERE, poses[1], hit)
+        check(proven and proven.lo <= hit.lo + 1e-9 and hit.hi - 1e-9 <= proven.hi and proven.hi - proven.lo < 1e-8, f"{proven}")
         mesh = c.mesh(points, np.array([[0, 1, 2]], dtype=np.int32))
         raises(collided.BadArgument, lambda: collided.verify(mesh, poses[0], SPHERE, poses[1], hit))
+        bad = collided.check(mesh, poses[0], SPHERE, poses[1], hit)
+        check(not bad and bad.status == collided.CheckStatus.BAD_KIND and bad.status.text and np.isinf(bad.hi), f"a mesh: {bad}")
+
+
+def the_kernel_takes_all_shapes_and_motions():
+    with connect() as c:
+        corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+        claim = type("Claim", (), dict(lo=-np.inf, hi=9.0, axis=(1, 0, 0), point_a=(0, 0, 0), point_b=(4, 0, 0)))
+        there, here = collided.Pose((4, 0, 0)), collided.Pose()
+        plane = collided.Pose((4, 0, 0), xyzw=(0, -np.sqrt(0.5), 0, np.sqrt(0.5)))
+        for shape in (SPHERE, BOX, collided.capsule(0.5, 1), collided.cylinder(0.5, 1), collided.cone(0.5, 1),
+                      collided.ellipsoid(1, 2, 3), c.hull(corners),
+                      collided.compound([BOX.at((0, 0, 1)), SPHERE]).rounded(0.1)):
+            made = collided.check(shape, here, SPHERE, there, claim)
+            check(made and 3.99 < made.hi < 4.51, f"{shape}: {made}")
+            claim.lo = -9.0
+            beside = collided.check(shape, here, collided.halfspace(), plane, claim)
+            check(beside and 0 < beside.lo < 4, f"{shape} beside a plane: {beside}")
+            claim.lo = -np.inf
+        check(collided.check(SPHERE, collided.Pose(wxyz=(2, 0, 0, 0)), SPHERE, there, claim).status.name == "BAD_POSE", "no pose")
+        raises(ValueError, lambda: collided.check(SPHERE, here, SPHERE, there, type("Short", (), {**vars(claim), "axis": (1, 0)})))
+        status, speed, bend = collided.check_twist(SPHERE, (1, 0, 0), (0, 0, 0), SPHERE, (-1, 0, 0), (0, 0, 2))
+        check(status.name == "PROVEN" and 3 <= speed < 3.001 and 2 <= bend < 2.001, f"{status} {speed} {bend}")
+        times = np.array([0.0, 0.5])
+        poses_a = np.array([[0, 0, 0, 1, 0, 0, 0], [0.5, 0, 0, 1, 0, 0, 0]], dtype=float)
+        poses_b = poses_a * (-1, 1, 1, 1, 1, 1, 1) + (4, 0, 0, 0, 0, 0, 0)
+        axes = np.array([[1.0, 0, 0], [1.0, 0, 0]])
+        proven = collided.check_motion(SPHERE, SPHERE, times, poses_a, poses_b, axes, speed=2.0)
+        check(proven == (collided.CheckStatus.PROVEN, 0.5), f"{proven}")
+        early = collided.check_motion(SPHERE, SPHERE, times, poses_a, poses_b, axes, speed=2.0, margin_m=2.1)
+        check(early == (collided.CheckStatus.TIME_UNPROVEN, 0.0), f"{early}")
+        raises(ValueError, lambda: collided.check_motion(SPHERE, SPHERE, times, poses_a, poses_b, axes[:1], speed=2.0))
+        raises(TypeError, lambda: collided.check_motion(SPHERE, SPHERE, times, poses_a.T, poses_b, axes, speed=2.0))
 
 
 def impacts_and_predictions_carry_their_times():
@@ -153,5 +191,5 @@ def memory_is_level():
         check(grown < 1500, f"memory grows: {grown} kB")
 
 
-run(a_batch_is_arrays_and_events_that_agree, proofs_are_checked_here, impacts_and_predictions_carry_their_times,
-    async_for_shares_one_loop, who_does_not_read_is_told, memory_is_level)
+run(a_batch_is_arrays_and_events_that_agree, proofs_are_checked_here, the_kernel_takes_all_shapes_and_motions,
+    impacts_and_predictions_carry_their_times, async_for_shares_one_loop, who_does_not_read_is_told, memory_is_level)

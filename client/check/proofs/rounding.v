@@ -91,6 +91,30 @@ Proof.
   clear H2 H3. simpl in *. lra.
 Qed.
 
+(* length_at_most: of squares that underflow the coordinates are below 2^-500 (`small`); the rest is as lemma length has it. *)
+Theorem tiny_length : forall a b c, Rabs a <= / 2 ^ 500 -> Rabs b <= / 2 ^ 500 -> Rabs c <= / 2 ^ 500 -> norm (V a b c) <= TINY.
+Proof.
+  intros a b c Ha Hb Hc. assert (P : 0 < 2 ^ 499) by (apply pow_lt; lra). unfold TINY.
+  change (2 ^ 500) with (2 * 2 ^ 499) in *. set (p := 2 ^ 499) in *. clearbody p.
+  assert (0 < / (2 * p)) by (apply Rinv_0_lt_compat; lra).
+  pose proof (norm_of_coordinates (V a b c) (/ (2 * p)) ltac:(lra) Ha Hb Hc).
+  assert (S : sqrt 3 <= 2).
+  { apply Rle_trans with (sqrt 4); [apply sqrt_le_1_alt; lra|]. replace 4 with (2 * 2) by ring. rewrite sqrt_square; lra. }
+  replace (1 / p) with (2 * / (2 * p)) by (field; lra).
+  apply Rle_trans with (sqrt 3 * / (2 * p)); auto. apply Rmult_le_compat_r; lra.
+Qed.
+Theorem length_keeps : forall n v big small c r, v = add big small -> norm small <= TINY -> (1 - u) ^ n * norm big <= c ->
+  (1 - u) * (c + TINY) <= r -> (1 - u) ^ S n * norm v <= r.
+Proof.
+  intros n v big small c r -> Hs Hc Hr. assert (U : 0 < u < 1) by (unfold u; simpl; lra).
+  assert (P : 0 <= (1 - u) ^ n <= 1).
+  { split; [apply pow_le; lra|]. assert (I : (1 - u) ^ n <= 1 ^ n) by (apply pow_incr; split; lra). now rewrite pow1 in I. }
+  change ((1 - u) ^ S n) with ((1 - u) * (1 - u) ^ n). apply Rle_trans with ((1 - u) * (c + TINY)); auto.
+  rewrite Rmult_assoc. apply Rmult_le_compat_l; [lra|]. pose proof (triangle big small). pose proof (norm_pos small).
+  apply Rle_trans with ((1 - u) ^ n * (norm big + norm small)); [apply Rmult_le_compat_l; lra|].
+  rewrite Rmult_plus_distr_l. apply Rplus_le_compat; auto. apply Rle_trans with (1 * norm small); [apply Rmult_le_compat_r; lra | lra].
+Qed.
+
 (* Sums of products of which none is negative: each step keeps at least 1 - u of what is exact. *)
 Lemma bernoulli : forall n, 1 - INR n * u <= (1 - u) ^ n.
 Proof.

@@ -19,12 +19,13 @@ from .client import Answers, Body, Client, Found, Hit, Ids, Rejection, Rule, Sta
 from .errors import (BadArgument, CollidedError, ConnectError, Forked, NoDaemon, Overrun, Rejected, Timeout, TransportError,
                      UnknownId, Unsupported)
 from .events import EVENT, IMPACT, POINT, Achieved, Batch, Event, Kind
+from .kernel import Checked, CheckStatus, check, check_motion, check_twist
 from .shapes import (Claim, Pose, Shape, box, capsule, compound, cone, cylinder, ellipsoid, halfspace, sphere, verify)
 from .subscription import Subscription
 
 __all__ = [
-    "EVENT", "IMPACT", "POINT", "Achieved", "Answers", "BadArgument", "Batch", "Body", "Claim", "Client", "CollidedError",
+    "EVENT", "IMPACT", "POINT", "Achieved", "Answers", "BadArgument", "Batch", "Body", "CheckStatus", "Checked", "Claim", "Client", "CollidedError",
     "ConnectError", "Event", "Forked", "Found", "Hit", "Ids", "Kind", "NoDaemon", "Overrun", "Pose", "Rejected",
     "Rejection", "Rule", "Shape", "Status", "Subscription", "Timeout", "TransportError", "UnknownId", "Unsupported", "box",
-    "capsule", "compound", "cone", "connect", "cylinder", "ellipsoid", "halfspace", "ids", "sphere", "verify", "version",
+    "capsule", "check", "check_motion", "check_twist", "compound", "cone", "connect", "cylinder", "ellipsoid", "halfspace", "ids", "sphere", "verify", "version",
 ]

@@ -91,10 +91,9 @@ unsigned wire_dds_events_of(int64_t client)
     return (unsigned)(((uint64_t)client * UINT64_C(0x9E3779B97F4A7C15)) >> 40) % WIRE_DDS_EVENTS;
 }
 
-void wire_dds_user_data(int64_t client, char text[WIRE_DDS_USER_DATA_MAX])
+void wire_dds_user_data(unsigned replies, unsigned events, char text[WIRE_DDS_USER_DATA_MAX])
 {
-    snprintf(
-        text, WIRE_DDS_USER_DATA_MAX, "replies:%u events:%u", wire_dds_replies_of(client), wire_dds_events_of(client));
+    snprintf(text, WIRE_DDS_USER_DATA_MAX, "replies:%u events:%u", replies, events);
 }
 
 static int group_in(const char *text, const char *prefix, unsigned most)
@@ -138,6 +137,21 @@ static const char *const loopback[] = {
     [WIRE_DDS_CLIENT_OF_CROWD] = LOOPBACK("none"),
 };
 
+/* A room's participant of the daemon has an index beyond the well-known ones, and with it a port that a client can
+ * name. Neither says anything to anybody else. */
+static const char room_general[] =
+    "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65500B</MaxMessageSize>"
+    "<MaxRexmitMessageSize>65500B</MaxRexmitMessageSize>"
+    "<FragmentSize>60000B</FragmentSize></General>";
+static const char room_of_daemon[] = "<Discovery><ExternalDomainId>%u</ExternalDomainId><Tag>collided:%u</Tag>"
+                                     "<ParticipantIndex>%u</ParticipantIndex></Discovery>";
+static const char room_of_client[] = "<Discovery><ExternalDomainId>%u</ExternalDomainId><Tag>collided:%u</Tag>"
+                                     "<ParticipantIndex>none</ParticipantIndex>"
+                                     "<Peers><Peer address=\"127.0.0.1:%u\"/></Peers></Discovery>";
+enum { PORT_BASE = 7400, PORTS_A_DOMAIN = 250, PORT_OF_INDEX_0 = 10 };
+_Static_assert(PORT_OF_INDEX_0 + 2 * (WIRE_DDS_INDICES + WIRE_DDS_ROOMS) + 1 < PORTS_A_DOMAIN, "within the domain");
+
 /* On a network the same holds: a client of this library sends its announcement to the group of discovery, which daemons
  * and others have joined, and does not join it. What is for it comes to it alone. */
 static const char network[] = "<General><Interfaces><NetworkInterface %s=\"%s\"/></Interfaces>%s</General>%s";
@@ -177,6 +191,16 @@ static const char of_crowd[] = "<HeartbeatInterval min=\"50ms\" minsched=\"100ms
                                "<NackDelay>20ms</NackDelay><AckDelay>10ms</AckDelay>"
                                "<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay>";
 
+static const char *internal_of(wire_dds_role role, bool network_is_open, char *out, size_t size)
+{
+    const char *intervals = network_is_open || role == WIRE_DDS_ANYBODY ? soon
+                            : role == WIRE_DDS_CLIENT_LIBRARY           ? prompt
+                            : role == WIRE_DDS_CLIENT_OF_CROWD          ? of_crowd
+                                                                        : patient;
+    snprintf(out, size, tuning, intervals, role == WIRE_DDS_DAEMON ? "true" : "false");
+    return out;
+}
+
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
 static bool is_interface(const char *text)
 {
@@ -195,14 +219,36 @@ bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_rol
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
     char internal[sizeof tuning + sizeof patient + sizeof prompt];
-    const char *intervals = open || role == WIRE_DDS_ANYBODY   ? soon
-                            : role == WIRE_DDS_CLIENT_LIBRARY  ? prompt
-                            : role == WIRE_DDS_CLIENT_OF_CROWD ? of_crowd
-                                                               : patient;
-    snprintf(internal, sizeof internal, tuning, intervals, role == WIRE_DDS_DAEMON ? "true" : "false");
+    internal_of(role, open, internal, sizeof internal);
     const char *user = getenv("CYCLONEDDS_URI");
     bool appended = user && user[0];
     int n = snprintf(out, size, "<CycloneDDS><Domain Id=\"any\">%s%s</Domain></CycloneDDS>%s%s",
         open ? general : loopback[role], internal, appended ? "," : "", appended ? user : "");
     return n >= 0 && (size_t)n < size;
+}
+
+uint32_t wire_dds_room_domain(uint32_t domain, unsigned room)
+{
+    enum { ROOM_DOMAINS = 0x10000 };
+    return ROOM_DOMAINS + domain * (WIRE_DDS_ROOMS + 1) + room;
+}
+
+bool wire_dds_config_room(char *out, size_t size, uint32_t domain, unsigned room, wire_dds_role role)
+{
+    char internal[sizeof tuning + sizeof patient + sizeof prompt], discovery[512];
+    unsigned index = WIRE_DDS_INDICES + room - 1;
+    if (role == WIRE_DDS_DAEMON)
+        snprintf(discovery, sizeof discovery, room_of_daemon, domain, room, index);
+    else
+        snprintf(discovery, sizeof discovery, room_of_client, domain, room,
+            PORT_BASE + PORTS_A_DOMAIN * domain + PORT_OF_INDEX_0 + 2 * index);
+    int n = snprintf(out, size, "<CycloneDDS><Domain Id=\"any\">%s%s%s</Domain></CycloneDDS>", room_general, discovery,
+        internal_of(role, false, internal, sizeof internal));
+    return n >= 0 && (size_t)n < size;
+}
+
+bool wire_dds_has_rooms(void)
+{
+    const char *user = getenv("CYCLONEDDS_URI");
+    return !user || !user[0];
 }

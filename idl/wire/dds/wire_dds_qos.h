@@ -57,7 +57,9 @@ unsigned wire_dds_replies_of(int64_t client);
 enum { WIRE_DDS_EVENTS = 64, WIRE_DDS_USER_DATA_MAX = 64 };
 void wire_dds_events(unsigned group, char partition[WIRE_DDS_PARTITION_MAX]); /* "events:41" */
 unsigned wire_dds_events_of(int64_t client);
-void wire_dds_user_data(int64_t client, char text[WIRE_DDS_USER_DATA_MAX]);
+/* In a room (below) there are few groups of either kind. */
+enum { WIRE_DDS_ROOM_GROUPS = 4 };
+void wire_dds_user_data(unsigned replies, unsigned events, char text[WIRE_DDS_USER_DATA_MAX]);
 /* What it says: the groups, from 1; 0: none, of what is not said or not understood. */
 void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *events);
 
@@ -78,5 +80,19 @@ typedef enum wire_dds_role {
  * When the process has this domain already, dds_create_domain fails with DDS_RETCODE_PRECONDITION_NOT_MET: its
  * configuration then stands, and the participant can be created all the same. */
 bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_role role);
+
+/* Rooms: to Cyclone whoever comes costs all who are there (heartbeats of discovery, retransmissions to all, whom each
+ * writer reaches, computed anew), so a crowd would cost its square. On loopback, where turns are given
+ * (wire_dds_turn.h), the clients of the library that come after the first few are spread over rooms: each is a
+ * participant of the daemon for so many clients, at a port of its own beyond the well-known ones, and in a domain of
+ * its own to Cyclone (a domain tag: neither hears of the other's). What is said in a room is what is said outside of
+ * it, but that streams go out by the shared partitions alone. */
+enum { WIRE_DDS_ROOMS = 48, WIRE_DDS_ROOM_CLIENTS = 32 };
+/* As Cyclone numbers the domain in this process: no other participant of the process is in it by chance. */
+uint32_t wire_dds_room_domain(uint32_t domain, unsigned room);
+/* As wire_dds_config, of a room from 1 to WIRE_DDS_ROOMS. Nothing of the user's is appended: who has set CYCLONEDDS_URI
+ * has no rooms (wire_dds_has_rooms). */
+bool wire_dds_config_room(char *out, size_t size, uint32_t domain, unsigned room, wire_dds_role role);
+bool wire_dds_has_rooms(void);
 
 #endif
