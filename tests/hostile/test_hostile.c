@@ -1,7 +1,8 @@
 /* Each attack of attacks.c against a daemon under a watchdog of ten seconds, while a neighbour asks and publishes. The
  * daemon is never restarted, the neighbour is never told anything wrong and always gets an answer, and no tick takes
- * more of a processor than CPU_MS. How long he waits is the machine's business, too, which runs other tests and builds
- * meanwhile: only the night, which has the machine for itself, holds that against the attack's most_ms. */
+ * more of a processor than CPU_MS (CPU_NIGHT_MS). How long he waits is the machine's business, too, which runs other
+ * tests and builds meanwhile: only the night, which has the machine for itself, holds that against the attack's
+ * most_ms. */
 #include "neighbour.h"
 #include "stage.h"
 
@@ -13,7 +14,9 @@
 #include <string.h>
 
 static const long MEMORY_MB = 6000; /* the default is half of the machine's */
-static const double CPU_MS = 100;   /* 50 are aimed at; a core that is shared with a build does half as much a second */
+/* Of a processor. 50 are aimed at. On one that is shared with builds, and has yet to find memory, the small sizes took
+ * 52 at most and the documented maxima 130 (SECURITY.md says which). */
+static const double CPU_MS = 80, CPU_NIGHT_MS = 150;
 
 static bool is_night(void)
 {
@@ -37,7 +40,8 @@ static void carry_out(void **state)
     assert_int_equal(r.unanswered, 0);
     assert_true(r.rss_mb < MEMORY_MB);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) /* which are some ten times as slow */
-    if (r.most_cpu_ms > CPU_MS) fail_msg("a tick took %.1f ms of a processor", r.most_cpu_ms);
+    if (r.most_cpu_ms > (is_night() ? CPU_NIGHT_MS : CPU_MS))
+        fail_msg("a tick took %.1f ms of a processor", r.most_cpu_ms);
     if (!is_night()) return;
     double most_ms = a->most_ms + 3 * r.machine_ms_p99;
     if (r.answer_ms_p99 > most_ms) fail_msg("answers came after %.1f ms", r.answer_ms_p99);
