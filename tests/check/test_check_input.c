@@ -120,6 +120,10 @@ static void each_bad_word_is_named(void **state)
         collided_check_distance(NULL, k->a.pose, &k->b.shape, k->b.pose, &k->claim, 0, &p), COLLIDED_CHECK_NO_POINTER);
     assert_int_equal(collided_check_distance(&k->a.shape, NULL, &k->b.shape, k->b.pose, &k->claim, 0, &p),
         COLLIDED_CHECK_NO_POINTER);
+    assert_int_equal(
+        collided_check_distance(&k->a.shape, k->a.pose, NULL, k->b.pose, &k->claim, 0, &p), COLLIDED_CHECK_NO_POINTER);
+    assert_int_equal(collided_check_distance(&k->a.shape, k->a.pose, &k->b.shape, NULL, &k->claim, 0, &p),
+        COLLIDED_CHECK_NO_POINTER);
     assert_int_equal(collided_check_distance(&k->a.shape, k->a.pose, &k->b.shape, k->b.pose, NULL, 0, &p),
         COLLIDED_CHECK_NO_POINTER);
     assert_int_equal(collided_check_distance(&k->a.shape, k->a.pose, &k->b.shape, k->b.pose, &k->claim, 0, NULL),
@@ -229,6 +233,31 @@ static void the_slack_goes_with_the_greatest_number(void **state)
         ask(&c, &p);
         assert_true(1.5 - c.a.shape.radius - p.lo == slack * 2 * big);
     }
+}
+
+/* Likewise hi, by the points alone; and of children the one counts that is nearest with its deviation. */
+static void the_slack_of_hi_goes_with_the_points(void **state)
+{
+    (void)state;
+    static check_case c;
+    collided_check_proven p;
+    const double big = 0x1p20;
+    set_up(&c), c.claim.lo = -INFINITY, c.claim.hi = 1e300;
+    ask(&c, &p);
+    double slack = (p.hi - 1.5) / 2; /* the greatest is 1.5 */
+    assert_true(slack > 0x1p-43 && slack < 0x1p-42);
+    c.b.pose[0] = c.claim.point_b[0] = 0.75 * big, c.claim.point_a[0] = 1.5 * big;
+    ask(&c, &p); /* 1.5 x 2^20 from A's position, which is more than all else */
+    assert_true(p.hi - (0.75 * big + 1.5 * big - 1.5) == slack * 2 * big);
+    set_up(&c), c.claim.lo = -INFINITY, c.claim.hi = 1e300;
+    c.a.children[0] = c.a.children[1] = c.a.shape;
+    c.a.children[0].pose[0] = -0.5, c.a.children[1].deviation = 1;
+    c.a.shape = (collided_check_shape){
+        .kind = COLLIDED_CHECK_COMPOUND, .pose = {0, 0, 0, 1}, .children = c.a.children, .child_count = 2};
+    ask(&c, &p);
+    assert_true(p.hi - 2 >= 0 && p.hi - 2 < 1e-11);
+    c.a.shape.kind = COLLIDED_CHECK_HALFSPACE, c.claim.lo = -1e300, c.claim.axis[0] = NAN; /* not looked at */
+    assert_int_equal(ask(&c, &p), COLLIDED_CHECK_PROVEN);
 }
 
 /* As many points and children as may be, and one more. */
@@ -355,7 +384,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(each_bad_number_is_named),
         cmocka_unit_test(each_bad_word_is_named), cmocka_unit_test(limits_belong_to_the_input),
-        cmocka_unit_test(the_slack_goes_with_the_greatest_number), cmocka_unit_test(the_largest_counts_are_taken),
+        cmocka_unit_test(the_slack_goes_with_the_greatest_number),
+        cmocka_unit_test(the_slack_of_hi_goes_with_the_points), cmocka_unit_test(the_largest_counts_are_taken),
         cmocka_unit_test(a_claim_may_be_short_by_less_than_allowed), cmocka_unit_test(nothing_is_read_beyond),
         cmocka_unit_test(any_bits_are_answered), cmocka_unit_test(this_machine_computes_as_assumed)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -233,6 +233,145 @@ static void bounds_of_motion(void **state)
         collided_check_twist(&a, none, (double[]){NAN, 0, 0}, &b, none, none, &speed, &bend), COLLIDED_CHECK_BAD_CLAIM);
 }
 
+/* Four looks, each along another axis, with A somewhere else; times of both signs. Each look counts. */
+static void each_look_counts(void **state)
+{
+    (void)state;
+    enum { LOOKS = 4 };
+    collided_check_shape ball = {.kind = COLLIDED_CHECK_SPHERE, .radius = 0.5, .pose = {0, 0, 0, 1}};
+    double times[LOOKS] = {-1, -0.5, 0, 0.5}, poses[2][7 * LOOKS] = {{0}}, axes[3 * LOOKS] = {0}, until;
+    for (int straight = 0; straight < 2; straight++) {
+        for (int k = 0; k < LOOKS; k++) {
+            for (int i = 0; i < 3; i++) {
+                axes[3 * k + i] = i == (straight ? 0 : k % 3);
+                poses[0][7 * k + i] = 20 * k * (i + 1);
+                poses[1][7 * k + i] = poses[0][7 * k + i] + 3 * axes[3 * k + i];
+            }
+            poses[0][7 * k + 3] = poses[1][7 * k + 3] = 1;
+        }
+        collided_check_motion m = {
+            .count = LOOKS, .times = times, .poses_a = poses[0], .poses_b = poses[1], .axes = axes};
+        double limit = straight ? 64 : 8; /* 2 + 2 m within 0.5 */
+        m.speed = straight ? INFINITY : limit - 1e-7, m.bend = straight ? limit - 1e-7 : INFINITY;
+        assert_int_equal(collided_check_motion_free(&ball, &ball, &m, &until), COLLIDED_CHECK_PROVEN);
+        assert_true(until == 0.5);
+        for (int k = 0; k < LOOKS; k++) {
+            double first = k > 1 ? times[k - 1] : times[0];
+            axes[3 * k + (straight ? 0 : k % 3)] = -1;
+            assert_int_equal(collided_check_motion_free(&ball, &ball, &m, &until),
+                straight && k == LOOKS - 1 ? COLLIDED_CHECK_PROVEN : COLLIDED_CHECK_TIME_UNPROVEN);
+            assert_true(until == (straight ? times[k] : first)); /* the axis of a stretch is that of its start */
+            axes[3 * k + (straight ? 0 : k % 3)] = 1;
+            for (int side = 0; side < 2; side++) {
+                poses[side][7 * k] += side ? -2 : 2; /* too near there */
+                assert_int_equal(collided_check_motion_free(&ball, &ball, &m, &until),
+                    k % 3 == 0 || straight ? COLLIDED_CHECK_TIME_UNPROVEN : COLLIDED_CHECK_PROVEN);
+                assert_true(until == (k % 3 == 0 || straight ? first : 0.5));
+                poses[side][7 * k] -= side ? -2 : 2;
+                poses[side][7 * k + 3] = 0.9;
+                assert_int_equal(collided_check_motion_free(&ball, &ball, &m, &until), COLLIDED_CHECK_BAD_POSE);
+                poses[side][7 * k + 3] = 1;
+            }
+        }
+        m.count = 1;
+        assert_int_equal(collided_check_motion_free(&ball, &ball, &m, &until), COLLIDED_CHECK_BAD_TIMES);
+    }
+    /* beside a half-space no axis is looked at */
+    const collided_check_shape plane = {.kind = COLLIDED_CHECK_HALFSPACE, .pose = {-100, 0, -2, 1}};
+    axes[0] = axes[1] = axes[2] = axes[4] = NAN;
+    collided_check_motion m = {.count = 2,
+        .times = times,
+        .poses_a = poses[0],
+        .poses_b = poses[0],
+        .axes = axes,
+        .speed = 1,
+        .bend = INFINITY};
+    assert_int_equal(collided_check_motion_free(&plane, &ball, &m, &until), COLLIDED_CHECK_PROVEN);
+}
+
+/* The rule's slack, held against the same in long doubles, at and beside its limit. */
+static void slack_of_the_rule(void **state)
+{
+    (void)state;
+    const collided_check_shape ball = {.kind = COLLIDED_CHECK_SPHERE, .radius = 0.5, .pose = {0, 0, 0, 1}};
+    double times[2] = {0, 1}, poses_a[14] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1}, until;
+    double poses_b[14] = {3, 0, 0, 1, 0, 0, 0, 3, 0, 0, 1}, axes[6] = {1, 0, 0, 1, 0, 0};
+    const collided_check_claim claim = {.lo = -9, .hi = INFINITY, .axis = {1}};
+    collided_check_proven p;
+    assert_int_equal(collided_check_distance(&ball, poses_a, &ball, poses_b, &claim, 0, &p), COLLIDED_CHECK_PROVEN);
+    collided_check_motion m = {
+        .count = 2, .times = times, .poses_a = poses_a, .poses_b = poses_b, .axes = axes, .bend = INFINITY};
+    long verdicts[2] = {0, 0};
+    for (m.margin = -1; m.margin < 2; m.margin += 0.5)
+        for (int off = -100; off < 100; off++) {
+            double need = 2 * p.lo - 0x1p-47 + off * 0x1p-51;
+            m.speed = need - 2 * m.margin;
+            long double taken = m.speed, sum = 2 * (long double)p.lo;
+            long double size = sum + 2 * fabsl((long double)m.margin) + taken;
+            bool apart = sum - (2 * (long double)m.margin + taken) > 0x1p-50L * size;
+            assert_int_equal(collided_check_motion_free(&ball, &ball, &m, &until) == COLLIDED_CHECK_PROVEN, apart);
+            verdicts[apart]++;
+        }
+    assert_true(verdicts[0] > 100 && verdicts[1] > 100);
+}
+
+static void missing_pointers(void **state)
+{
+    (void)state;
+    const collided_check_shape s = {.kind = COLLIDED_CHECK_SPHERE, .pose = {0, 0, 0, 1}};
+    const double v[3] = {0, 0, 0}, t[3] = {0, 1, 2};
+    double poses[14] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1}, axes[6] = {1, 0, 0, 1}, out, more;
+    const collided_check_motion whole = {.count = 2, .times = t, .poses_a = poses, .poses_b = poses, .axes = axes};
+    for (int i = 0; i < 4; i++) {
+        collided_check_motion m = whole;
+        *(const double **[]){&m.times, &m.poses_a, &m.poses_b, &m.axes}[i] = NULL;
+        assert_int_equal(collided_check_motion_free(&s, &s, &m, &out), COLLIDED_CHECK_NO_POINTER);
+    }
+    assert_int_equal(collided_check_motion_free(NULL, &s, &whole, &out), COLLIDED_CHECK_NO_POINTER);
+    assert_int_equal(collided_check_motion_free(&s, NULL, &whole, &out), COLLIDED_CHECK_NO_POINTER);
+    assert_int_equal(collided_check_motion_free(&s, &s, NULL, &out), COLLIDED_CHECK_NO_POINTER);
+    assert_int_equal(collided_check_motion_free(&s, &s, &whole, NULL), COLLIDED_CHECK_NO_POINTER);
+    for (int i = 0; i < 8; i++)
+        assert_int_equal(
+            collided_check_twist(i == 0 ? NULL : &s, i == 1 ? NULL : v, i == 2 ? NULL : v, i == 3 ? NULL : &s,
+                i == 4 ? NULL : v, i == 5 ? NULL : v, i == 6 ? NULL : &out, i == 7 ? NULL : &more),
+            COLLIDED_CHECK_NO_POINTER);
+    assert_true(collided_check_joint_speed(1, t, NULL) == INFINITY);
+    for (int i = 0; i < 2; i++) {
+        collided_check_features f = {.count = 1, .times = i ? t : NULL, .directions = i ? NULL : axes};
+        assert_int_equal(collided_check_features_free(&f, &out), COLLIDED_CHECK_NO_POINTER);
+    }
+}
+
+/* What stands behind an array does not count; its last does. And what is nothing has a bound above 0. */
+static void reach_of_arrays(void **state)
+{
+    (void)state;
+    const double none[3] = {0, 0, 0}, turn[3] = {0, 0, 1}, bad[3] = {NAN, 0, 0};
+    double points[12] = {1, 0, 0, 0, 2, 0, 0, 0, 3, 9, 9, 9}, speed, bend, many[257] = {0};
+    collided_check_shape hull = {.kind = COLLIDED_CHECK_HULL, .points = points, .point_count = 3, .pose = {0, 0, 0, 1}};
+    collided_check_shape children[3] = {hull, hull, hull};
+    children[2].pose[0] = 99;
+    collided_check_shape compound = {
+        .kind = COLLIDED_CHECK_COMPOUND, .children = children, .child_count = 2, .pose = {0, 0, 0, 1}};
+    const collided_check_shape *of[] = {&hull, &compound};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(
+            collided_check_twist(of[i], none, turn, &hull, none, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+        assert_true(speed >= 3 && speed < 3 + 1e-11 && bend >= 3 && bend < 3 + 1e-11);
+    }
+    const collided_check_shape plane = {.kind = COLLIDED_CHECK_HALFSPACE, .pose = {0, 0, 0, 1}};
+    assert_int_equal(collided_check_twist(&hull, none, turn, &plane, none, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+    assert_int_equal(
+        collided_check_twist(&hull, none, none, &hull, bad, none, &speed, &bend), COLLIDED_CHECK_BAD_CLAIM);
+    assert_int_equal(
+        collided_check_twist(&hull, none, none, &hull, none, bad, &speed, &bend), COLLIDED_CHECK_BAD_CLAIM);
+    assert_int_equal(collided_check_twist(&hull, none, none, &hull, none, none, &speed, &bend), COLLIDED_CHECK_PROVEN);
+    assert_true(speed >= 0x1p-499 && bend > 0 && collided_check_joint_speed(1, many, many) > 0);
+    assert_true(
+        collided_check_joint_speed(256, many, many) < 1 && collided_check_joint_speed(257, many, many) == INFINITY);
+}
+
 /* Numbers of which the squares underflow: neither a velocity nor a size may be lost. */
 static void bounds_of_tiny_motion(void **state)
 {
@@ -404,10 +543,58 @@ static void limits_of_features(void **state)
     assert_int_equal(collided_check_features_free(&f, NULL), COLLIDED_CHECK_NO_POINTER);
 }
 
+/* Along each axis in turn, the features being 1 apart at the start and 3 at the end, or the other way round: from 0.25
+ * to 0.75 they are 1.5 apart, and no more. All other coordinates are odd ones. */
+static void features_along_each_axis(void **state)
+{
+    (void)state;
+    for (int way = 0; way < 12; way++) {
+        int axis = way % 3, kind = way / 3 % 2;
+        bool nears = way >= 6;
+        double times[2] = {0.25, 0.75}, direction[3] = {axis == 0, axis == 1, axis == 2}, until;
+        collided_check_features f = {.kind = kind, .count = 1, .times = times, .directions = direction};
+        for (int i = 0; i < 12; i++) {
+            bool second = i / 3 >= (kind ? 2 : 1);
+            f.start[i] = i % 3 == axis ? 2 * axis + (second ? nears ? 3 : 1 : 0) : 0.5 * i - 2;
+            f.end[i] = i % 3 == axis ? 5 + (second ? nears ? 1 : 3 : 0) : 3 - 0.25 * i;
+        }
+        f.separation = 1.5 - 1e-13;
+        assert_int_equal(collided_check_features_free(&f, &until), COLLIDED_CHECK_PROVEN);
+        f.separation = 1.5;
+        assert_int_equal(collided_check_features_free(&f, &until), COLLIDED_CHECK_TIME_UNPROVEN);
+        times[1] = 0.25;
+        assert_int_equal(collided_check_features_free(&f, &until), COLLIDED_CHECK_BAD_TIMES);
+        times[1] = 0.2;
+        assert_int_equal(collided_check_features_free(&f, &until), COLLIDED_CHECK_BAD_TIMES);
+    }
+}
+
+static void as_many_features_as_may_be(void **state)
+{
+    (void)state;
+    enum { MOST = COLLIDED_CHECK_TIMES_MOST };
+    double *times = malloc((MOST + 1) * sizeof *times), *directions = calloc(3 * MOST, sizeof *directions), until;
+    assert_true(times && directions);
+    for (size_t i = 0; i <= MOST; i++) times[i] = (double)i / MOST;
+    for (size_t i = 0; i < MOST; i++) directions[3 * i + 2] = 1;
+    collided_check_features f = {.times = times,
+        .directions = directions,
+        .start = {0, 0, 0, 1, 0, 1, 0, 1, 1, -1, -1, 1},
+        .end = {0, 0, 0, 1, 0, 1, 0, 1, 1, -1, -1, 1}};
+    f.count = MOST - 1;
+    assert_int_equal(collided_check_features_free(&f, &until), COLLIDED_CHECK_PROVEN);
+    f.count = MOST;
+    assert_int_equal(collided_check_features_free(&f, &until), COLLIDED_CHECK_BAD_TIMES);
+    free(times);
+    free(directions);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(motions_that_are_accepted_are_free),
-        cmocka_unit_test(limits_of_the_rules), cmocka_unit_test(bounds_of_motion),
+        cmocka_unit_test(limits_of_the_rules), cmocka_unit_test(bounds_of_motion), cmocka_unit_test(each_look_counts),
+        cmocka_unit_test(slack_of_the_rule), cmocka_unit_test(missing_pointers), cmocka_unit_test(reach_of_arrays),
+        cmocka_unit_test(features_along_each_axis), cmocka_unit_test(as_many_features_as_may_be),
         cmocka_unit_test(bounds_of_tiny_motion), cmocka_unit_test(features_that_are_accepted_are_apart),
         cmocka_unit_test(limits_of_features)};
     return cmocka_run_group_tests(tests, NULL, NULL);
