@@ -159,7 +159,7 @@ static void large_answers_that_nobody_takes_are_not_all_kept(void **state)
     static double zeros[WIRE_ANSWERS_MAX];
     rig r;
     dds_open(&r);
-    r.link->ops->stream_open(r.link, "cell"); /* the client waits for all that it reads */
+    r.link->ops->stream_open(r.link, "cell", 1); /* the client waits for all that it reads */
     client c = client_start("talk", NULL);
     assert_says(&c, &r, RIG_PATIENCE_S, "sent");
     assert_passes(&c, &r, WIRE_ANSWER);
