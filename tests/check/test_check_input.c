@@ -108,6 +108,7 @@ static void each_bad_word_is_named(void **state)
     EXPECT(c.claim.hi = -INFINITY, COLLIDED_CHECK_BAD_CLAIM);
     EXPECT((c.claim.lo = INFINITY, c.claim.hi = INFINITY), COLLIDED_CHECK_BAD_CLAIM);
     EXPECT((c.claim.lo = -INFINITY, c.claim.hi = -INFINITY), COLLIDED_CHECK_BAD_CLAIM);
+    EXPECT(c.claim.lo = c.claim.hi, COLLIDED_CHECK_LO_UNPROVEN);
     EXPECT(c.claim.lo = 1.5000000001, COLLIDED_CHECK_LO_UNPROVEN);
     EXPECT(c.claim.hi = 1.4999999999, COLLIDED_CHECK_HI_UNPROVEN);
     EXPECT((c.claim.lo = -INFINITY, c.claim.hi = -1), COLLIDED_CHECK_DEPTH_UNPROVEN);
