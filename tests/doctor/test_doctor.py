@@ -168,7 +168,7 @@ def limits_reached(host):
 
 ASK_FOR_TURNS = """import socket, time
 held = [socket.socket(socket.AF_UNIX) for _ in range(120)]
-[s.connect(chr(0) + 'collided/dds/0') for s in held]
+[s.connect(chr(0) + 'collided/turns/0') for s in held]
 print('here', flush=True)
 time.sleep(20)"""
 
