@@ -4,6 +4,7 @@
 #include "neighbour.h"
 
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,26 +41,32 @@ static long resident_mb(pid_t pid)
     return pages * sysconf(_SC_PAGESIZE) / (1024 * 1024);
 }
 
-static pid_t fork_one(void)
+/* How far a stage is. Its processes are forked before the manager has a thread, since a fork may copy a lock that
+ * another thread holds (ASan's allocator waited for such a one for ever), and wait for their turn. */
+enum { STAGE_FORKED, STAGE_DAEMON_STARTED, STAGE_ATTACKED };
+
+/* A child goes on when the stage is that far. */
+static pid_t fork_one(const atomic_int *stage, int begin)
 {
     pid_t parent = getpid(), pid = fork();
     if (pid == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() != parent) _exit(127);
+        while (atomic_load(stage) < begin) sleep_s(0.005);
     }
     return pid;
 }
 
-static pid_t start_neighbour(const char *uri, neighbour_report *r)
+static pid_t start_neighbour(const char *uri, const atomic_int *stage, neighbour_report *r)
 {
-    pid_t pid = fork_one();
+    pid_t pid = fork_one(stage, STAGE_DAEMON_STARTED);
     if (pid == 0) _exit(neighbour_live(uri, r));
     return pid;
 }
 
-static pid_t start_attack(const attack *a, const char *uri, bool full)
+static pid_t start_attack(const attack *a, const char *uri, const atomic_int *stage, bool full)
 {
-    pid_t pid = fork_one();
+    pid_t pid = fork_one(stage, STAGE_ATTACKED);
     if (pid != 0) return pid;
     a->run(uri, full);
     exit(0);
@@ -91,12 +98,10 @@ static bool wait_until_ready(neighbour_report *r, pid_t neighbour)
 }
 
 /* From the attack's beginning until some seconds after its end. */
-static void play(const attack *a, const char *uri, bool full, manager *m, neighbour_report *r, stage_result *out)
+static void play(pid_t attacker, bool full, manager *m, neighbour_report *r, stage_result *out)
 {
     int status = 0;
     double latest = now_s() + (full ? 600 : 120);
-    neighbour_clear(r);
-    pid_t attacker = start_attack(a, uri, full);
     while (waitpid(attacker, &status, WNOHANG) == 0) {
         look_at_memory(m, out);
         if (now_s() > latest) kill(attacker, SIGKILL);
@@ -133,21 +138,38 @@ void stage_play(const attack *a, const char *uri, bool full, stage_result *out)
     }
     const char *const arguments[] = {
         "--links", uri, "--status-period", "0.1", "--workers", "1", "--log", "error", "--record_dir", state, NULL};
-    neighbour_report *r = mmap(NULL, sizeof *r, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    manager *m = manager_start(arguments, WATCHDOG_S);
-    if (r == MAP_FAILED || !m) {
-        snprintf(out->error, sizeof out->error, "the daemon does not start");
+    typedef struct shared {
+        neighbour_report report;
+        atomic_int stage;
+    } shared;
+    shared *with = mmap(NULL, sizeof *with, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0); /* zeros */
+    if (with == MAP_FAILED) {
+        snprintf(out->error, sizeof out->error, "no memory to share");
         return;
     }
-    memset(r, 0, sizeof *r);
-    pid_t neighbour = start_neighbour(uri, r);
-    if (wait_until_ready(r, neighbour))
-        play(a, uri, full, m, r, out);
-    else
-        snprintf(r->error, sizeof r->error, "%s", *r->error ? r->error : "the neighbour did not come in");
-    sum_up(r, m, out);
+    neighbour_report *r = &with->report;
+    pid_t neighbour = start_neighbour(uri, &with->stage, r), attacker = start_attack(a, uri, &with->stage, full);
+    manager *m = manager_start(arguments, WATCHDOG_S);
+    if (m) {
+        atomic_store(&with->stage, STAGE_DAEMON_STARTED);
+        if (wait_until_ready(r, neighbour)) {
+            neighbour_clear(r);
+            atomic_store(&with->stage, STAGE_ATTACKED);
+            play(attacker, full, m, r, out);
+        } else {
+            snprintf(r->error, sizeof r->error, "%s", *r->error ? r->error : "the neighbour did not come in");
+        }
+        sum_up(r, m, out);
+    } else {
+        snprintf(out->error, sizeof out->error, "the daemon does not start");
+    }
     atomic_store(&r->end, true);
+    if (atomic_load(&with->stage) < STAGE_ATTACKED) { /* it waits for its turn yet */
+        kill(attacker, SIGKILL);
+        waitpid(attacker, NULL, 0);
+    }
+    if (!m) kill(neighbour, SIGKILL);
     end_process(neighbour);
-    (void)manager_stop(m);
-    munmap(r, sizeof *r);
+    if (m) (void)manager_stop(m);
+    munmap(with, sizeof *with);
 }
