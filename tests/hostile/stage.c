@@ -164,11 +164,11 @@ void stage_play(const attack *a, const char *uri, bool full, stage_result *out)
         snprintf(out->error, sizeof out->error, "the daemon does not start");
     }
     atomic_store(&r->end, true);
-    if (atomic_load(&with->stage) < STAGE_ATTACKED) { /* it waits for its turn yet */
+    if (attacker > 0 && atomic_load(&with->stage) < STAGE_ATTACKED) { /* it waits for its turn yet */
         kill(attacker, SIGKILL);
         waitpid(attacker, NULL, 0);
     }
-    if (!m) kill(neighbour, SIGKILL);
+    if (!m && neighbour > 0) kill(neighbour, SIGKILL);
     end_process(neighbour);
     if (m) (void)manager_stop(m);
     munmap(with, sizeof *with);
