@@ -117,11 +117,16 @@ wire.bind(PORT, GROUP, () => {
   create(2, "block", "MOTION_FIXED", "SHAPE_BOX", [0.2, 0.2, 0.2], 0);
   subscribe();
   const begun = performance.now(), heartbeat = setInterval(hello, 600); // under a new sequence, every third of the lease
+  let known = false; // once all is acknowledged: poses of a body that is not known yet are refused
   const moving = setInterval(() => {
     const seconds = (performance.now() - begun) / 1000;
-    if (seconds < 6)
-      return send("PoseBatch", fill("PoseBatch", { stamp_ns: BigInt(Date.now()) * 1000000n, bodies: [1],
-        positions: [Math.cos(2 * seconds), 0, 0], orientations: [1, 0, 0, 0] }));
+    known ||= waiting.size === 0;
+    if (seconds < 6) {
+      if (known)
+        send("PoseBatch", fill("PoseBatch", { stamp_ns: BigInt(Date.now()) * 1000000n, bodies: [1],
+          positions: [Math.cos(2 * seconds), 0, 0], orientations: [1, 0, 0, 0] }));
+      return;
+    }
     [heartbeat, moving].forEach(clearInterval);
     [...waiting.keys()].forEach(settled);
     send("Client", fill("Client", { removed: 1, name: "plain" }));

@@ -62,7 +62,7 @@ def receive(data):
     elif channel == b"collided.out.Reject.%016x" % ME:
         reject = Reject.decode(message)
         waiting.pop(reject.sequence, None)
-        print("refused:", reject.text, flush=True)
+        print("refused:", reject.text, file=sys.stderr, flush=True)
     elif channel == b"collided.out.EventBatch.%016x.1" % ME:
         batch = EventBatch.decode(message)
         if batch.batch > last + (not batch.heartbeat) and not batch.snapshot:
@@ -85,6 +85,7 @@ create(1, "ball", Body.MOTION_MOVING, Body.SHAPE_SPHERE, [0.0, 0.0, 0.0], 0.05)
 create(2, "block", Body.MOTION_FIXED, Body.SHAPE_BOX, [0.2, 0.2, 0.2], 0.0)
 subscribe()
 begun = heartbeat = time.monotonic()
+moving = False
 while (now := time.monotonic()) < begun + 6:
     if now > heartbeat + 0.6:  # a Client under a new sequence, every third of the lease
         heartbeat = now
@@ -93,8 +94,10 @@ while (now := time.monotonic()) < begun + 6:
         if now >= entry[1]:
             send(entry[0])
             entry[1], entry[2] = now + entry[2], min(2 * entry[2], 1.0)
-    send(fill(PoseBatch(), stamp_ns=time.time_ns(), bodies=[1], positions=[math.cos(2 * (now - begun)), 0.0, 0.0],
-              orientations=[1.0, 0.0, 0.0, 0.0]))
+    moving = moving or not waiting  # once all is acknowledged: poses of a body that is not known yet are refused
+    if moving:
+        send(fill(PoseBatch(), stamp_ns=time.time_ns(), bodies=[1], positions=[math.cos(2 * (now - begun)), 0.0, 0.0],
+                  orientations=[1.0, 0.0, 0.0, 0.0]))
     wire.settimeout(0.01)
     try:
         while True:

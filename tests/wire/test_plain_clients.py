@@ -16,7 +16,7 @@ DEFINITIONS, EXAMPLES = os.path.join(IDL, "collided.lcm"), os.path.join(IDL, "ex
 
 def contacts(out):
     """Of each line: begin or end, and its interval."""
-    lines = [line.split() for line in out.splitlines() if not line.startswith("lost")]
+    lines = [line.split() for line in out.splitlines() if line.startswith(("begin", "end"))]
     return [(kind, {a, b}, float(lo), float(hi)) for kind, a, b, lo, hi in lines]
 
 
