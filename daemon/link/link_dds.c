@@ -314,11 +314,6 @@ static writer *writer_for(link_dds *l, const wire_message *m)
 {
     writer *reply = reply_writer_for(l, m);
     if (reply) return reply;
-    if (m->kind == WIRE_EVENT_BATCH) {
-        stream *s = link_dds_stream_find(l, m->event_batch.stream);
-        if (!s) metric_count(l->no_stream, 1);
-        return s ? s->out : NULL;
-    }
     return is_large(m) ? &l->writers[ANSWERS_LARGE] : writer_of(l, m->kind);
 }
 
@@ -350,21 +345,32 @@ static void write_status_in_rooms(link_dds *l)
         write_to(l, writer_of(room, WIRE_STATUS), WIRE_STATUS);
 }
 
+static void publish_batch(link_dds *l, const wire_message *m)
+{
+    stream *s = link_dds_stream_find(l, m->event_batch.stream);
+    if (!s) {
+        metric_count(l->no_stream, 1);
+        return;
+    }
+    link_dds_stream_note(s, m);
+    wire_dds_encode(m, l->sample);
+    write_to(l, s->out, m->kind);
+    if (s->shared && s->own.entity > 0) write_to(l, &s->own, m->kind);
+}
+
 static void dds_link_publish(struct link *head, const wire_message *m)
 {
     link_dds *l = link_dds_of(head);
+    if (m->kind == WIRE_EVENT_BATCH) {
+        publish_batch(l, m);
+        return;
+    }
     writer *w = writer_for(l, m);
     if (!w) return;
-    if (m->kind == WIRE_EVENT_BATCH) link_dds_streams_note(l, m);
     wire_dds_encode(m, l->sample);
     write_to(l, w, m->kind);
     if (m->kind == WIRE_STATUS) write_status_in_rooms(l);
-    if (m->kind != WIRE_EVENT_BATCH) {
-        write_to_presumed(l, m);
-        return;
-    }
-    stream *s = link_dds_stream_find(l, m->event_batch.stream);
-    if (s->shared && s->own.entity > 0) write_to(l, &s->own, m->kind);
+    write_to_presumed(l, m);
 }
 
 void link_dds_flush_writer(writer *w)

@@ -176,9 +176,9 @@ shared_events *link_dds_shared(link_dds *l, unsigned group);
 /* NULL: not open. */
 stream *link_dds_stream_find(const link_dds *l, const char *name);
 
-/* What `m`, of an open stream, is about to be written; and what was written goes out. Heartbeats of a crowd that share
+/* `m` is about to be written to its stream; and what was written goes out. Heartbeats of a crowd that share
  * a writer wait for each other, since each packet wakes all who share it. */
-void link_dds_streams_note(link_dds *l, const wire_message *m);
+void link_dds_stream_note(const stream *s, const wire_message *m);
 void link_dds_streams_flush(link_dds *l);
 
 /* Tells the sink of readers that have come since the last call. */

@@ -147,9 +147,9 @@ static bool may_wait(const link_dds *l, const shared_events *shared)
            clock_monotonic_ns() - shared->idle_ns < HEARTBEATS_WAIT_MS * INT64_C(1000000);
 }
 
-void link_dds_streams_note(link_dds *l, const wire_message *m)
+void link_dds_stream_note(const stream *s, const wire_message *m)
 {
-    shared_events *shared = link_dds_stream_find(l, m->event_batch.stream)->shared;
+    shared_events *shared = s->shared;
     if (!shared) return;
     if (!m->event_batch.heartbeat)
         shared->idle_ns = 0;

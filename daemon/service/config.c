@@ -145,11 +145,9 @@ static const config_option OPTIONS[] = {
     {"max_subscriptions", CONFIG_WHOLE, FIELD(max_subscriptions), 1, 100000, NULL, "4096", "subscriptions",
         "subscriptions at once",
         "Counts all clients together. A subscription takes about 5 kB where its bodies are in contact, and time for "
-        "what "
-        "it is told: both grow with what is used (script/bench subscriptions). Beyond 100000 the events of a tenth of "
-        "the bodies alone are more than a tick has time for. Over DDS its stream is a writer, too, of 7 kB here and "
-        "2.3 kB in each participant that discovers it, but for the streams without a name of clients that share "
-        "writers, as those of the library do."},
+        "what is reported on it (script/bench subscriptions): with 100000, a tick in which a tenth of the bodies move "
+        "takes longer than it should. Over DDS a stream that its client has named is a writer, too, of 7 kB here and "
+        "2.3 kB in each participant that discovers it; those of the C library without a name share writers."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},

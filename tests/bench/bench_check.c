@@ -201,14 +201,20 @@ static void give_peer_the_robot(arm *a)
             if (are_checked(a, i, k)) the_peer()->keep_apart(i, k);
 }
 
-static void links_at(const arm *a, const double *q, narrow_place *out)
+/* Forward kinematics; of the one arm that a run has. */
+static void poses_at(const arm *a, const double *q, pose *links)
 {
     robot_status status;
     size_t where;
     static robot_tree *tree;
-    pose links[LINKS_MAX];
     if (!tree) tree = robot_tree_create(a->joints, a->joint_count, &status, &where);
     robot_tree_forward(tree, q, links);
+}
+
+static void links_at(const arm *a, const double *q, narrow_place *out)
+{
+    pose links[LINKS_MAX];
+    poses_at(a, q, links);
     for (size_t i = 0; i < a->joint_count; i++) out[i] = place_of(links[i]);
 }
 
@@ -318,12 +324,8 @@ static void ask(arm *a, bool edges, const double *q, size_t count, world_check_i
 /* By all pairs, one by one, with the narrow phase: is anything met there? */
 static bool meets(arm *a, const double *q)
 {
-    robot_status status;
-    size_t where;
-    static robot_tree *tree;
     pose links[LINKS_MAX];
-    if (!tree) tree = robot_tree_create(a->joints, a->joint_count, &status, &where);
-    robot_tree_forward(tree, q, links);
+    poses_at(a, q, links);
     for (size_t i = 0; i < a->joint_count; i++)
         if (a->ids[i] != WORLD_NONE) world_move_body(a->w, a->ids[i], links[i], 0, NULL, NULL);
     tick(a);
