@@ -140,14 +140,15 @@ def test_lost_simulator(cell, link):
     is_stop = lambda event: event["event"] == "stop"
     cell.start_client("cell_watcher")
     cell.start_client("arm_controller")
-    for _ in range(3):  # on a very busy machine the vehicle may be near before it is killed: then again
+    # On a very busy machine the arm may have stopped for the vehicle before it is killed: then once more.
+    for _ in range(3):
         cell.start_client("vehicle_simulator")
         assert cell.read(60, lambda event: event["event"] == "end" and "vehicle" in (event["a"], event["b"]))
         cell.kill("vehicle_simulator")
-        stop = cell.read(60, is_stop)
-        assert stop, "the arm did not stop for a vehicle that is unknown"
-        if stop["lo"] is None:
+        stop = cell.read(20, is_stop)
+        if stop and stop["lo"] is None:
             break
+    assert stop, "the arm did not stop for a vehicle that is unknown"
     assert stop["lo"] is None and stop["hi"] is None, stop
     cell.start_client("vehicle_simulator")
     stop = cell.read(60, is_stop)
