@@ -1,8 +1,6 @@
 /* ahead: the thread that touches memory before the tick needs it, and how much of the heap that is. */
 #include "ahead.h"
 
-#include "array.h"
-
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
@@ -30,7 +28,8 @@ static struct {
     pthread_t thread;
     range ranges[RANGES]; /* a ring */
     size_t first, count;
-    bool runs, stop, held;
+    _Atomic bool runs, held;
+    bool stop;
 } ahead = {.lock = PTHREAD_MUTEX_INITIALIZER, .some = PTHREAD_COND_INITIALIZER};
 
 /* ---- the thread ---- */
@@ -71,7 +70,8 @@ bool ahead_start(void)
     if (ahead.runs) return false;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    ahead.stop = ahead.held = false;
+    ahead.stop = false;
+    ahead.held = false;
     ahead.runs = pthread_create(&ahead.thread, NULL, touch, NULL) == 0;
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     if (ahead.runs) pthread_setname_np(ahead.thread, "ahead");
@@ -113,10 +113,17 @@ void ahead_touch(void *at, size_t bytes)
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) /* their heaps hand out nothing twice */
 void ahead_heap(void) {}
+
+void ahead_count(size_t bytes)
+{
+    (void)bytes;
+}
 #else
 
 enum { CHUNK_LEAST = 512 << 10, CHUNKS = 8, LOOK_EACH = 64 << 10 /* bytes that were handed out */ };
 static const size_t LEAD_MOST = 24 << 20;
+
+static _Thread_local size_t handed_out; /* bytes */
 
 static struct {
     size_t lead;       /* bytes */
@@ -124,6 +131,11 @@ static struct {
     uintptr_t used;    /* up to where it has been handed out */
     uintptr_t touched; /* up to where it has been touched, if that is more */
 } heap;
+
+void ahead_count(size_t bytes)
+{
+    handed_out += bytes;
+}
 
 /* Twice what a round took, for a good while: it shrinks by a thousandth a round. */
 static size_t lead_after(size_t took)
@@ -150,8 +162,8 @@ static range next_chunks(size_t count, size_t size)
 
 void ahead_heap(void)
 {
-    if (!ahead.runs || ahead.held || base_handed_out() - heap.looked < LOOK_EACH) return;
-    heap.looked = base_handed_out();
+    if (!ahead.runs || ahead.held || handed_out - heap.looked < LOOK_EACH) return;
+    heap.looked = handed_out;
     size_t size = heap.lead / (CHUNKS - 1) > CHUNK_LEAST ? heap.lead / (CHUNKS - 1) : CHUNK_LEAST;
     size_t count = heap.lead / size + 1;
     range next = next_chunks(count, size);

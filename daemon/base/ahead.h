@@ -22,6 +22,9 @@ void ahead_allow(bool spare);
 /* Will be needed soon: mapped, or, if it is not, passed over. What is in there stays. Any thread; never waits. */
 void ahead_touch(void *at, size_t bytes);
 
+/* The heap hands so many bytes to this thread. Any thread. */
+void ahead_count(size_t bytes);
+
 /* After a round: the heap's next memory, if the round took some. The thread that began. */
 void ahead_heap(void);
 

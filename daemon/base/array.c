@@ -28,19 +28,12 @@ static _Noreturn void out_of_memory(size_t count, size_t size)
     abort();
 }
 
-static _Thread_local size_t handed_out;
-
-size_t base_handed_out(void)
-{
-    return handed_out;
-}
-
 /* malloc(0) may return NULL, which callers would have to tell from failure. */
 static size_t checked_bytes(size_t count, size_t size)
 {
     size_t bytes;
     if (__builtin_mul_overflow(count, size, &bytes)) out_of_memory(count, size);
-    handed_out += bytes;
+    ahead_count(bytes);
     return bytes ? bytes : 1;
 }
 

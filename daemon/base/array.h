@@ -15,8 +15,6 @@ void *base_realloc(void *old, size_t count, size_t size);
 void *base_alloc_aligned(size_t alignment, size_t count, size_t size); /* alignment: a power of two; free() it */
 void *base_alloc_lines(size_t count, size_t size);                     /* begins a cache line; free() it */
 char *base_strdup(const char *text);
-/* Bytes that the functions above have handed to this thread since it began. */
-size_t base_handed_out(void);
 /* The process ends for want of memory: for handlers of SIGABRT. Any thread. */
 bool base_is_out_of_memory(void);
 
