@@ -14,6 +14,7 @@ typedef struct owned_body {
     uint32_t shapes;           /* in the world, as they count in limits */
     int64_t sequence;          /* of the newest Body */
     ARRAY(int64_t) geometries; /* ids of those that it holds, in the order of its shapes */
+    struct model *model;       /* the robot that it carries; NULL: none */
 } owned_body;
 
 /* What a pose needs to know of a client's bodies, in their order: few bytes a body, which are gone through in runs. */

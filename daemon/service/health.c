@@ -33,6 +33,7 @@ void health_register(service *s)
     s->count.unheard =
         metrics_add(m, "unheard", "times that a client was found to be alive while what it publishes did not come");
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
+    s->count.joints_beyond = metrics_add(m, "joints_beyond", "configurations of robots beyond their joints' limits");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
     s->count.batches_skipped =

@@ -9,6 +9,7 @@
 #include "geometries.h"
 #include "service.h"
 #include "shares.h"
+#include "wire/wire_model.h"
 
 #include <fcntl.h>
 #include <inttypes.h>
@@ -213,7 +214,9 @@ static int64_t need_of(const service *s, const wire_message *m, bool *may_use_re
         return m->subscription.removed ? 0 : need_of_subscription(s, &m->subscription);
     case WIRE_POSE_BATCH: /* those of lock-step are kept until their step is complete */
         *may_use_reserve = true;
-        return m->pose_batch.step ? POSE_BYTES * m->pose_batch.bodies.count : 0;
+        return m->pose_batch.step ? POSE_BYTES * (int64_t)(m->pose_batch.bodies.count +
+                                                           wire_joints_poses_most(m->pose_batch.extensions))
+                                  : 0;
     case WIRE_QUERY:
         *may_use_reserve = true;
         return ANSWER_BYTES;

@@ -12,6 +12,7 @@
 #include "link/link_open.h"
 #include "link/wake.h"
 #include "memory.h"
+#include "models.h"
 #include "notify.h"
 #include "privileges.h"
 #include "recordings.h"
@@ -375,6 +376,7 @@ void server_destroy(server *v)
     array_free(&s->compounds);
     array_free(&s->rules);
     poses_free(s);
+    models_free(s);
     free(s->part);
     exporter_stop(s->exporter);
     array_free(&s->page);
