@@ -341,6 +341,64 @@ static void models_that_are_none_are_refused(void **state)
     end(&t);
 }
 
+/* ---- steps ---- */
+
+/* The first step is ended without the robot, which was refused; sent again, it is done with it. */
+static void a_step_waits_for_joints_that_were_refused(void **state)
+{
+    (void)state;
+    plane t;
+    uint8_t record[sizeof(wire_joints)];
+    begin(&t);
+    const wire_message join = {.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION,
+            .client = ARM,
+            .sequence = ++t.sequence,
+            .on_loss = WIRE_LOST_REMOVE,
+            .lease_ns = INT64_C(60000000000),
+            .lock_step = 1,
+            .name = "test"}};
+    memory_send(t.end, &join);
+    cell_touches(t.end, ARM, ++t.sequence, 0);
+    cell_settle(t.end, t.memory, ARM, ++t.sequence);
+    wire_joints j = joints_of(2e5, 0);
+    send_raw(&t, (wire_u8s){wire_joints_write(&j, record), record}, 1);
+    expect_reject(&t, WIRE_POSE_BATCH, "value 0 is 200000");
+    send_raw(&t, (wire_u8s){0, NULL}, 1);
+    expect_reject(&t, WIRE_POSE_BATCH, "step 1: poses of 1 bodies were refused or replaced, and did not come again");
+    j = joints_of(0.5, 0.125);
+    send_raw(&t, (wire_u8s){wire_joints_write(&j, record), record}, 1);
+    is_at(&t, "spins", 0, 50, 0, 0); /* it is kept until the step is ended */
+    send_raw(&t, (wire_u8s){0, NULL}, 1);
+    wire_event_batch b;
+    do {
+        b = cell_await(t.end, t.memory, WIRE_EVENT_BATCH).event_batch;
+    } while (b.step != 1);
+    assert_int_equal(b.refused, 0);
+    robot_is_at(&t, BASE, 0.5, 0.125);
+    end(&t);
+}
+
+/* A simulator that counts steps alone is told with its answer. */
+static void the_answer_to_a_step_counts_joints_that_were_refused(void **state)
+{
+    (void)state;
+    plane t;
+    uint8_t record[sizeof(wire_joints)];
+    begin(&t);
+    cell_touches(t.end, ARM, ++t.sequence, 0);
+    cell_settle(t.end, t.memory, ARM, ++t.sequence);
+    wire_joints j = joints_of(2e5, 0);
+    send_raw(&t, (wire_u8s){wire_joints_write(&j, record), record}, 4);
+    wire_event_batch b;
+    do {
+        b = cell_await(t.end, t.memory, WIRE_EVENT_BATCH).event_batch;
+    } while (b.step != 4);
+    assert_int_equal(b.refused, 1);
+    assert_int_equal(b.refusal, WIRE_BAD_NUMBER);
+    end(&t);
+}
+
 /* ---- recordings, and copies of the state ---- */
 
 static char folder[] = "/tmp/collided-joints-XXXXXX";
@@ -476,6 +534,8 @@ int main(void)
         cmocka_unit_test(velocities_are_the_links_own),
         cmocka_unit_test(joints_that_are_none_are_refused_and_move_nothing),
         cmocka_unit_test(models_that_are_none_are_refused),
+        cmocka_unit_test(a_step_waits_for_joints_that_were_refused),
+        cmocka_unit_test(the_answer_to_a_step_counts_joints_that_were_refused),
         cmocka_unit_test(recordings_replay_from_their_middle_too),
         cmocka_unit_test(a_copy_of_the_state_has_the_robots),
     };
