@@ -25,14 +25,19 @@ void soft_bodies_free(world *w)
     array_free(&w->soft->places);
 }
 
+aabb soft_box_of(const vec3 *at, size_t count)
+{
+    aabb b = {at[0], at[0]};
+    for (size_t i = 1; i < count; i++) b.lo = vec_min(b.lo, at[i]), b.hi = vec_max(b.hi, at[i]);
+    return b;
+}
+
 /* The box of its last way: what the broad phase and the search for partners go by. */
 void soft_measure(soft_place *p)
 {
-    vec3 lo = p->at[0], hi = p->at[0];
-    for (size_t i = 0; i < p->count; i++) {
-        lo = vec_min(lo, vec_min(p->at[i], p->from[i]));
-        hi = vec_max(hi, vec_max(p->at[i], p->from[i]));
-    }
+    aabb from = soft_box_of(p->from, p->count);
+    p->box = soft_box_of(p->at, p->count);
+    vec3 lo = vec_min(from.lo, p->box.lo), hi = vec_max(from.hi, p->box.hi);
     double by = p->half_thickness * (1 + 0x1p-50) + 0x1p-50 * fmax(vec_max_abs(lo), vec_max_abs(hi));
     p->span[0] = vec_sub(lo, vec(by, by, by));
     p->span[1] = vec_add(hi, vec(by, by, by));
@@ -110,6 +115,7 @@ static soft_frame compose(const soft_place *p, const world_frame *f)
     for (size_t i = 0; i < f->range_count; i++)
         if (f->ranges[i].count)
             memcpy(made.at + f->ranges[i].first, f->ranges[i].at, f->ranges[i].count * sizeof *made.at);
+    made.box = soft_box_of(made.at, p->count);
     return made;
 }
 

@@ -10,7 +10,7 @@
 
 static bool waits(const world *w, const soft_result *r)
 {
-    if (r->proposed || w->colliders.at[r->a].ghost || w->colliders.at[r->b].ghost) return false;
+    if (r->proposed || r->only_told) return false;
     const body *x = &w->bodies.at[w->colliders.at[r->a].body], *y = &w->bodies.at[w->colliders.at[r->b].body];
     uint32_t pair = pair_find(w, r->a, r->b);
     return x->is_due || y->is_due || (pair != PAIR_MAP_NONE && pair_is_pending(w, &w->pairs.at[pair]));
@@ -22,7 +22,9 @@ void soft_results_clear(world *w)
     size_t kept = 0;
     for (size_t i = 0; i < w->soft->results.count; i++) {
         soft_result *r = &w->soft->results.at[i];
-        if (waits(w, r)) {
+        bool ghost = w->colliders.at[r->a].ghost || w->colliders.at[r->b].ghost, pair = !ghost && waits(w, r);
+        r->only_told = !pair;
+        if (pair || (!ghost && !r->is_told)) {
             w->soft->results.at[kept++] = *r;
             continue;
         }
@@ -107,7 +109,7 @@ static soft_result *first_of(const world *w, const pair *p)
     soft_result *newest = NULL;
     for (size_t i = 0; i < w->soft->results.count; i++) {
         soft_result *r = &w->soft->results.at[i];
-        if (r->key == key && !r->proposed && (!newest || r->tick > newest->tick)) newest = r;
+        if (r->key == key && !r->proposed && !r->only_told && (!newest || r->tick >= newest->tick)) newest = r;
     }
     return newest;
 }
@@ -128,8 +130,8 @@ bool soft_touches(const world *w, const pair *p, double separation, const soft_r
     *which = NULL;
     for (size_t i = 0; i < w->soft->results.count; i++) {
         const soft_result *r = &w->soft->results.at[i];
-        bool is = r->key == key && !r->proposed && r->separation == fmax(separation, 0);
-        if (is && (!*which || r->tick > (*which)->tick)) *which = r;
+        bool is = r->key == key && !r->proposed && !r->only_told && r->separation == fmax(separation, 0);
+        if (is && (!*which || r->tick >= (*which)->tick)) *which = r;
     }
     return *which && (contacts_of(*which) || (*which)->unfinished || (*which)->safe_lo < 1);
 }
@@ -196,11 +198,19 @@ void soft_decide(world *w)
         const body *soft = collider_is_soft(a) ? x : y, *rigid = collider_is_soft(a) ? y : x;
         const soft_place *place = soft_place_of(w, soft);
         if (!place) continue;
+        if (place->beside && !place->beside->fresh) { /* when that is done both are looked at again */
+            p->asked_epoch = 0;
+            continue;
+        }
         pair_more *more = pair_more_make(w, p);
-        if (news || place->way_tick > more->swept_tick || rigid->changed_tick > more->swept_tick)
-            soft_rigid_pair(w, p, more->swept_tick);
+        uint64_t since = more->swept_tick > w->soft->clear_tick ? more->swept_tick : w->soft->clear_tick;
+        if (news || place->way_tick > since || rigid->changed_tick > since) soft_rigid_ask(w, p, since);
         more->swept_tick = w->figures.ticks;
     }
+    soft_go_beside(w);
+    bool beside = false;
+    for (size_t i = 0; i < w->soft->places.count; i++) beside |= w->soft->places.at[i] && w->soft->places.at[i]->beside;
+    if (!beside && !w->due && !w->parked && !broad_unsearched_count(w->broad)) w->soft->clear_tick = w->figures.ticks;
 }
 
 /* ---- for who asks for features and safe steps ---- */
@@ -214,6 +224,21 @@ static int64_t contact_id(const world *w, const soft_result *r, uint32_t subscri
     return 0;
 }
 
+/* Once, for whomever it is told. */
+void soft_result_hash(soft_result *r)
+{
+    uint64_t h = 0;
+    for (size_t i = 0; i < r->count; i++) {
+        const soft_contact *c = &r->contacts[i];
+        uint32_t times[2];
+        memcpy(&times[0], &c->t_lo, sizeof times[0]), memcpy(&times[1], &c->t_hi, sizeof times[1]);
+        h = hash_word(h, (uint64_t)c->a << 32 | c->b);
+        h = hash_word(h, (uint64_t)times[0] << 32 | times[1]);
+        h = hash_word(h, (uint64_t)c->kind << 8 | c->proof);
+    }
+    r->hash = h;
+}
+
 static uint64_t hash_told(uint64_t h, const soft_told *t)
 {
     const world_soft *s = &t->what;
@@ -225,13 +250,7 @@ static uint64_t hash_told(uint64_t h, const soft_told *t)
         s->unfinished, s->vertex_face, s->edge_edge, s->face_shape, s->within, s->undecided, s->left_out};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++) h = hash_word(h, words[i]);
     h = hash_double(hash_double(h, s->safe_lo), s->safe_hi);
-    for (size_t i = 0; i < s->count; i++) {
-        const soft_contact *c = &r->contacts[i];
-        h = hash_word(h, (uint64_t)c->a << 32 | c->b);
-        h = hash_word(h, (uint64_t)c->kind << 8 | c->proof);
-        h = hash_double(hash_double(h, (double)c->t_lo), (double)c->t_hi);
-    }
-    return h;
+    return s->count ? hash_word(hash_word(h, s->count), r->hash) : h;
 }
 
 static void tell_one(world *w, const soft_result *r, uint32_t id)
@@ -282,16 +301,30 @@ static int compare_results(const void *x, const void *y)
     return (a->separation > b->separation) - (a->separation < b->separation);
 }
 
-/* By subscriptions, in the canonical order of results. */
+/* By subscriptions, in the canonical order of results. What is very much is told to some in this tick, and to the
+ * others in the next ones: who asks for all features of large meshes makes nobody wait but those who ask for them, too.
+ */
 void soft_tell(world *w)
 {
+    enum { FEATURES_A_TICK = 1 << 18 };
     struct soft_world *s = w->soft;
+    size_t features = 0;
+    uint32_t id = 0;
     if (!s->results.count) return;
     qsort(s->results.at, s->results.count, sizeof *s->results.at, compare_results);
-    for (uint32_t id = 0; id < w->subscriptions.count; id++)
-        for (size_t i = 0; i < s->results.count && w->subscriptions.at[id].used; i++)
-            if (!s->results.at[i].is_told) tell_one(w, &s->results.at[i], id);
-    for (size_t i = 0; i < s->results.count; i++) s->results.at[i].is_told = true;
+    for (; id < w->subscriptions.count && features < FEATURES_A_TICK; id++)
+        for (size_t i = 0; i < s->results.count && w->subscriptions.at[id].used; i++) {
+            soft_result *r = &s->results.at[i];
+            size_t before = s->told.count;
+            if (!r->is_told && id >= r->next_told) tell_one(w, r, id);
+            if (s->told.count > before) features += s->told.at[before].what.count;
+        }
+    for (size_t i = 0; i < s->results.count; i++) {
+        soft_result *r = &s->results.at[i];
+        r->is_told |= id >= w->subscriptions.count;
+        if (id > r->next_told) r->next_told = id;
+        w->sliced |= !r->is_told;
+    }
     for (size_t i = 0; i < s->told.count; i++) {
         w->hash = hash_told(w->hash, &s->told.at[i]);
         array_push(&s->batch, s->told.at[i].what);

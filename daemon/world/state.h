@@ -87,10 +87,10 @@ typedef struct body {
     uint32_t only_shape; /* where it has one, `shapes` is that: body_make_shapes */
     double widen;   /* m, half of the farthest range that a subscription wants of it, and all of its rules' reach */
     double horizon; /* s: the farthest that a subscription wants predicted of it: its box holds all that it may do */
-    uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
-    uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
-                               date; see slices.c */
-    uint32_t match;         /* its class: see match.h */
+    uint64_t gathered_tick;  /* the tick whose active list its pairs were last put on, all of them */
+    uint64_t changed_tick;   /* the tick that it was last put again for: what is decided before it is out of
+                                date; see slices.c */
+    uint32_t match;          /* its class: see match.h */
     uint32_t pair_count;
     bool fixed;
     bool refilter; /* its filters are put again, too */
@@ -149,6 +149,7 @@ typedef struct body {
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
     uint32_t soft;           /* its place among soft bodies + 1; 0: it is rigid */
+    uint64_t changed_before; /* the tick before changed_tick that it was put again for */
     int64_t announced_ns;    /* stamp of the announcement, where that is not the pose's; 0: it is */
     pose travelled_to;       /* ... up to here; set anew when a budget is */
 } body;
