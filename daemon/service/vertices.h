@@ -5,6 +5,9 @@
 
 #include "service.h"
 
+/* What a soft body counts for in limits: each costs something, however few vertices it has. */
+size_t vertices_weight(size_t vertices);
+
 /* Part of a frame has come: with its last one the whole goes to the world, or of a client in lock-step waits for the
  * step. */
 wire_reason vertices_put(service *s, session *c, const wire_vertex_batch *m, wire_refusal *why);
