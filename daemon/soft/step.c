@@ -21,17 +21,18 @@
 
 enum {
     ROUND_FIRST = 32, /* leaf pairs: few at first, so that the way is soon shorter */
-    ROUND_MOST = 256, /* of crumpled noise up to 1,500 candidates each: 10 MB, and some 20 ms */
+    ROUND_MOST = 128, /* of crumpled noise up to 1,500 candidates each: 6 MB, and some 10 ms */
     ROUND_NODES = 1 << 16,
     CHUNK = 16, /* leaf pairs whose candidates stand in one list */
     CHUNKS = ROUND_MOST / CHUNK,
-    TESTS_MOST = 8192, /* of a portion: some 10 ms, if all of them meet */
+    TESTS_MOST = 4096, /* of a portion: some 6 ms, if all of them meet */
     TESTS_A_CHUNK = 64,
     UNITS_LEAF_PAIR = 20, /* of some 10 ns */
     UNITS_CANDIDATE = 3,
     UNITS_TEST = 20,
+    UNITS_CONTACT = 8, /* to be put in order */
     UNITS_TEST_STEP = 10,
-    SPARE_CONTACTS = 1 << 16, /* beyond those that are kept, before they are sorted and cut */
+    SPARE_CONTACTS = 1 << 15, /* beyond those that are kept, before they are sorted and cut */
 };
 
 #define HI_UNKNOWN 2.0
@@ -79,10 +80,11 @@ struct soft_step {
     double share; /* of the way, which the boxes span */
     soft_refitting refitting;
     size_t refitted;              /* bodies whose boxes span that */
-    uint64_t refits;              /* units that boxes have taken */
+    uint64_t others;              /* units that boxes, and contacts that are cut off, have taken */
     size_t round, pair;           /* the pair that is looked at, or pair_count */
     open_candidates open[CHUNKS]; /* by chunk of the round's leaf pairs */
     size_t open_first[CHUNKS + 1], tested;
+    bool looked; /* for the candidates of this round */
     soft_terms terms;
     elementary_terms ask;
     bool stars_apply; /* to a body with itself, at separation 0 */
@@ -321,7 +323,7 @@ static void refit_some(soft_step *s)
     s->refitting.origin = s->origin;
     s->refitting.margin = b->half_thickness + 0.5 * s->def.separation;
     s->refitting.share = s->share;
-    s->refits += soft_refit(b, &s->refitting, s->pool);
+    s->others += soft_refit(b, &s->refitting, s->pool);
     if (s->refitting.stage != SOFT_REFIT_DONE) return;
     s->refitting = (soft_refitting){.from = 0};
     s->refitted++;
@@ -352,8 +354,9 @@ soft_status soft_step_begin(soft_step *s, const soft_step_def *def)
 {
     soft_status status = check_step(def);
     s->contacts.count = s->stack.count = s->leaves.count = s->pairs.count = s->bodies.count = 0;
-    s->pair = s->round = s->tested = s->refits = 0;
+    s->pair = s->round = s->tested = s->others = 0;
     memset(s->open_first, 0, sizeof s->open_first);
+    s->looked = false;
     s->work = (soft_work){0}, s->first = (earliest){0};
     s->share = 1;
     s->done = false;
@@ -392,7 +395,7 @@ static void descend(soft_step *s, node_pair p)
 
 static void gather_leaves(soft_step *s)
 {
-    size_t most = s->round < 3 ? (size_t)ROUND_FIRST << s->round : ROUND_MOST, nodes = 0;
+    size_t most = s->round < 2 ? (size_t)ROUND_FIRST << s->round : ROUND_MOST, nodes = 0;
     bool boxes = !(s->def.without & SOFT_WITHOUT_HIERARCHY);
     s->leaves.count = 0;
     for (; s->stack.count && s->leaves.count < most && nodes < ROUND_NODES; nodes++) {
@@ -425,8 +428,18 @@ static void take_in(soft_step *s)
         take_earliest(&s->first, &w->first);
         w->found.count = 0, w->tally = (soft_tally){0}, w->work = (soft_work){0}, w->first = (earliest){0};
     }
-    if (s->contacts.count > s->def.contacts_max && s->contacts.count - s->def.contacts_max > SPARE_CONTACTS)
-        soft_contacts_keep(&s->contacts, &s->scratch, s->def.contacts_max);
+}
+
+/* Far more contacts than are kept: the last ones go. */
+static bool are_too_many(const soft_step *s)
+{
+    return s->contacts.count > s->def.contacts_max && s->contacts.count - s->def.contacts_max > SPARE_CONTACTS;
+}
+
+static void keep_contacts(soft_step *s)
+{
+    s->others += UNITS_CONTACT * s->contacts.count;
+    soft_contacts_keep(&s->contacts, &s->scratch, s->def.contacts_max);
 }
 
 /* What may be as early as the earliest is looked for still: of equals the first in canonical order is told. */
@@ -442,7 +455,7 @@ static void shorten(soft_step *s)
 static uint64_t units_of(const soft_step *s)
 {
     const soft_work *w = &s->work;
-    return s->refits + w->node_pairs + UNITS_LEAF_PAIR * w->cluster_pairs + UNITS_CANDIDATE * w->candidates +
+    return s->others + w->node_pairs + UNITS_LEAF_PAIR * w->cluster_pairs + UNITS_CANDIDATE * w->candidates +
            UNITS_TEST * w->tests + UNITS_TEST_STEP * w->steps;
 }
 
@@ -483,10 +496,19 @@ static void do_portion(soft_step *s)
         refit_some(s);
         return;
     }
-    if (s->tested == s->open_first[CHUNKS]) look_for_candidates(s);
-    test_portion(s);
+    if (are_too_many(s)) {
+        keep_contacts(s);
+        return;
+    }
+    if (!s->looked) {
+        look_for_candidates(s);
+        s->looked = true;
+    } else {
+        test_portion(s);
+    }
     take_in(s);
     if (s->tested < s->open_first[CHUNKS]) return;
+    s->looked = false;
     shorten(s);
     s->round++;
     if (s->stack.count == 0) {
@@ -503,7 +525,8 @@ soft_status soft_step_run(soft_step *s, uint64_t units)
         do_portion(s);
     }
     if (s->done) return SOFT_OK;
-    soft_contacts_keep(&s->contacts, &s->scratch, s->def.contacts_max);
+    if (units && units_of(s) - before >= units) return SOFT_MORE;
+    keep_contacts(s);
     count_left_out(s);
     s->done = true;
     return SOFT_OK;

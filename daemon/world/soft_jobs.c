@@ -23,8 +23,7 @@ enum {
     A_CONTACT = 8,       /* to be described */
     CHECKS_A_TICK = 300000
 };
-static const uint64_t JOB_UNITS_MOST = 100000000;    /* a second: beyond, what is left is reported as unfinished */
-static const size_t CONTACTS_MOST = (size_t)1 << 18; /* kept of a step, 24 bytes each; others are counted */
+static const uint64_t JOB_UNITS_MOST = 100000000; /* a second: beyond, what is left is reported as unfinished */
 
 double soft_separation(const subscription *i, double padding)
 {
@@ -150,10 +149,15 @@ static soft_want want_of(const subscription *i)
     return verdict ? SOFT_VERDICTS : SOFT_BRACKETS;
 }
 
+size_t soft_most_of(const subscription *i)
+{
+    return !(i->facts & WORLD_FEATURES) || !i->soft_each ? 1 : i->soft_most ? i->soft_most : SOFT_CONTACTS_MOST;
+}
+
 static void add_ask(soft_job *j, const subscription *i, double separation, soft_pair pair)
 {
     soft_want want = want_of(i);
-    size_t most = !(i->facts & WORLD_FEATURES) || !i->soft_each ? 1 : i->soft_most ? i->soft_most : CONTACTS_MOST;
+    size_t most = soft_most_of(i);
     size_t k = 0;
     while (k < j->asks.count && j->asks.at[k].separation != separation) k++;
     if (k == j->asks.count) array_push(&j->asks, ((soft_asked){.separation = separation, .want = want, .most = most}));
@@ -198,7 +202,7 @@ static void finish_asks(soft_job *j)
 {
     for (size_t k = 0; k < j->asks.count; k++) {
         soft_asked *a = &j->asks.at[k];
-        a->most = a->most < CONTACTS_MOST / (a->pairs.count + 1) ? a->most * a->pairs.count : CONTACTS_MOST;
+        a->most = a->most < SOFT_CONTACTS_MOST / (a->pairs.count + 1) ? a->most * a->pairs.count : SOFT_CONTACTS_MOST;
     }
 }
 
@@ -254,8 +258,8 @@ static void gather_places(world *w, groups *g)
         array_push(&g->leader, (uint32_t)g->places.count);
         array_push(&g->places, p);
         array_push(&g->ways, way_box(p, end_of(p)));
-        array_push(&g->acts, !p->under_way && (p->next.at || p->asked));
-        array_push(&g->waits, p->under_way);
+        array_push(&g->acts, !p->under_way && !p->untold && (p->next.at || p->asked));
+        array_push(&g->waits, p->under_way || p->untold);
     }
 }
 
@@ -334,7 +338,7 @@ static void begin_proposals(world *w)
     uint64_t checks = 0;
     for (size_t i = 0; i < w->soft->places.count && checks <= CHECKS_A_TICK; i++) {
         soft_place *p = w->soft->places.at[i];
-        if (!p || p->under_way || !p->proposal_count) continue;
+        if (!p || p->under_way || p->untold || !p->proposal_count) continue;
         soft_job *j = soft_job_create(w);
         const either own = {0, p, way_box(p, &p->proposals[0])};
         array_push(&j->places, p);
@@ -553,7 +557,7 @@ static void end_job(world *w, soft_job *j)
 {
     for (size_t i = 0; i < j->results.count; i++) {
         j->results.at[i].tick = w->figures.ticks;
-        array_push(&w->soft->results, j->results.at[i]);
+        soft_result_add(w, &j->results.at[i]);
     }
     j->results.count = 0;
     for (size_t i = 0; i < j->places.count; i++) {

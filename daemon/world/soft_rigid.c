@@ -250,20 +250,22 @@ static int compare_found(const void *x, const void *y)
     return (a > b) - (a < b);
 }
 
-static void keep_all(task *t, soft_result *out)
+/* The first `most`; all are counted. */
+static void keep_all(task *t, size_t most, soft_result *out)
 {
     founds all = {0};
     for (unsigned i = 0; i < WORKERS_MAX; i++)
         for (size_t k = 0; k < t->of[i].count; k++) array_push(&all, t->of[i].at[k]);
     if (all.count) qsort(all.at, all.count, sizeof *all.at, compare_found);
-    out->count = all.count;
-    out->contacts = base_alloc(all.count + 1, sizeof *out->contacts);
-    out->touches = base_alloc(all.count + 1, sizeof *out->touches);
+    out->count = all.count < most ? all.count : most;
+    out->tally.left_out = all.count - out->count;
+    out->contacts = base_alloc(out->count + 1, sizeof *out->contacts);
+    out->touches = base_alloc(out->count + 1, sizeof *out->touches);
     out->safe_lo = 1, out->safe_hi = INFINITY;
     for (size_t i = 0; i < all.count; i++) {
         const found *f = &all.at[i];
         double lo = (double)f->contact.t_lo, hi = (double)f->contact.t_hi;
-        out->contacts[i] = f->contact, out->touches[i] = f->touch;
+        if (i < out->count) out->contacts[i] = f->contact, out->touches[i] = f->touch;
         out->face_shape++;
         out->tally.within += f->contact.proof == SOFT_WITHIN;
         out->tally.undecided += f->contact.proof == SOFT_UNDECIDED;
@@ -362,7 +364,10 @@ static void take_result(world *w, soft_job *j, const soft_beside *b, bool unfini
         .frame_a = first ? frame : 0,
         .frame_b = first ? 0 : frame};
     r.key = pair_key(r.a, r.b);
-    keep_all(j->task, &r);
+    size_t kept = 0;
+    for (size_t i = 0; i < j->results.count; i++) kept += j->results.at[i].count;
+    size_t room = kept < SOFT_CONTACTS_MOST ? SOFT_CONTACTS_MOST - kept : 0;
+    keep_all(j->task, b->most < room ? b->most : room, &r);
     if (unfinished || b->is_late) r.unfinished = true, r.safe_lo = 0;
     w->figures.soft_unfinished += unfinished;
     if (!first) { /* as seen from A */
@@ -418,9 +423,13 @@ static void add_besides(world *w, soft_job *j, uint32_t rigid_id, const soft_bes
         if (!soft_is_wanted(w, id, soft, rigid)) continue;
         soft_beside b = *like;
         b.separation = soft_separation(&w->subscriptions.at[id], terms.padding);
-        bool there = false;
-        for (size_t k = before; k < j->besides.count; k++) there |= j->besides.at[k].separation == b.separation;
-        if (!there) array_push(&j->besides, b);
+        b.most = soft_most_of(&w->subscriptions.at[id]);
+        size_t k = before;
+        while (k < j->besides.count && j->besides.at[k].separation != b.separation) k++;
+        if (k == j->besides.count)
+            array_push(&j->besides, b);
+        else if (b.most > j->besides.at[k].most)
+            j->besides.at[k].most = b.most;
     }
 }
 

@@ -19,6 +19,8 @@ typedef struct soft_frame { /* places of all vertices, owned */
     bool teleports;
 } soft_frame;
 
+#define SOFT_CONTACTS_MOST ((size_t)1 << 17) /* kept of a step, and told; others are counted */
+
 enum { SOFT_PROPOSALS_MAX = 8 }; /* of one body that wait */
 
 typedef struct soft_place { /* of one body */
@@ -37,6 +39,7 @@ typedef struct soft_place { /* of one body */
     soft_body *engine;
     bool under_way;          /* a step with it is */
     bool asked;              /* how it stands is to be found out */
+    bool untold;             /* of its last step somebody has not been told yet: the next one waits for that */
     struct soft_job *beside; /* that finds out what rigid shapes its last way, or the place where it stands, meets: it
                                 does not go on before this is done */
 } soft_place;
@@ -55,6 +58,7 @@ typedef struct soft_result { /* of one pair in one step, for one separation; can
     double safe_lo, safe_hi;
     uint64_t hash;          /* of its contacts */
     uint32_t next_told;     /* the first subscription that has not been told yet; ... */
+    uint32_t older;         /* another one of the same pair + 1; 0: there is none */
     bool only_told;         /* ... it waits for nothing else: its pair may have another one by now */
     soft_contact *contacts; /* owned: by kind, a, b */
     size_t count;
@@ -90,6 +94,7 @@ typedef struct soft_beside { /* a pair of the job's first place and a rigid shap
     uint32_t rigid;          /* collider; WORLD_NONE: it has gone */
     motion way;              /* of its body, in a span of 1 */
     double separation;       /* m, beyond the half thickness */
+    size_t most;             /* contacts that are kept */
     bool goes;               /* the surface goes its last way; else it stands */
     bool is_late;            /* not all of the ways since the last time are known */
 } soft_beside;
@@ -130,6 +135,8 @@ struct soft_world {
     ARRAY(soft_job *) jobs;     /* under way */
     ARRAY(soft_account) accounts;
     uint64_t clear_tick;                        /* the last at whose end nothing had been put off */
+    pair_map result_of;                         /* key of a pair -> its newest result, until they are told */
+    bool indexed;                               /* something is in there */
     ARRAY(soft_result) results;                 /* of this tick, and of pairs that wait for their turn */
     ARRAY(soft_told) told;                      /* in this tick, in the order of subscriptions */
     ARRAY(world_soft) batch;                    /* what of it is one subscription's stands together */
@@ -171,6 +178,7 @@ size_t soft_waiting_of(const world *w, uint64_t owner);        /* his bodies wit
 soft_job *soft_job_create(world *w);                           /* among the jobs */
 void soft_job_place(soft_job *j, uint32_t i);                  /* its body is where its place and frame say */
 uint64_t soft_job_portion(world *w, soft_job *j);              /* the next one; in units of soft_step_run */
+size_t soft_most_of(const subscription *i);                    /* features of a pair that it is told */
 double soft_separation(const subscription *i, double padding); /* m; of the pair, for that subscription */
 /* Are they a pair to that subscription, and what are its terms? */
 bool soft_is_wanted(const world *w, uint32_t subscription, const body *a, const body *b);
@@ -191,6 +199,7 @@ void soft_decide(world *w); /* the pairs of soft and rigid among the active ones
 /* Where and how each contact of two soft surfaces is. */
 void soft_find_touches(soft_result *r, const soft_mesh *a, soft_positions x, const soft_mesh *b, soft_positions y);
 void soft_result_hash(soft_result *r);
+void soft_result_add(world *w, const soft_result *r); /* takes its arrays */
 void soft_results_clear(world *w);
 void soft_results_free(world *w);
 /* Is anything known of this pair in this tick? */

@@ -32,6 +32,8 @@ static double noise(void)
     return (double)(x >> 11) * 0x1p-53 - 0.5;
 }
 
+static size_t steps_told;
+
 typedef struct cloth {
     collided *c;
     size_t side, points, triangles;
@@ -60,6 +62,7 @@ static cloth make_cloth(collided *c, size_t side, double apart)
 
 static void drop_cloth(cloth *s)
 {
+    fprintf(stderr, "  %zu steps of pairs were told\n", steps_told);
     free(s->at), free(s->index);
 }
 
@@ -84,14 +87,18 @@ static void on_steps(void *context, const collided_soft_steps *steps)
     *(size_t *)context += steps->pair_count;
 }
 
-static size_t steps_told;
+static void on_events(void *context, const collided_batch *b)
+{
+    (void)context, (void)b;
+}
 
 static void ask_for_steps(collided *c)
 {
     collided_subscription_def def = collided_subscription_def_default();
     const collided_soft_def soft = {.each_feature = true, .callback = on_steps, .context = &steps_told};
     def.facts = COLLIDED_TOUCH | COLLIDED_FEATURES | COLLIDED_SAFE_STEP;
-    (void)collided_subscribe_soft(c, &def, &soft);
+    def.callback = on_events;
+    if (collided_subscribe_soft(c, &def, &soft).id == COLLIDED_NONE) fprintf(stderr, "  %s\n", collided_error(c));
 }
 
 /* All meets all, in each frame anew. */
