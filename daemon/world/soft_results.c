@@ -349,7 +349,7 @@ static int compare_results(const void *x, const void *y)
  */
 void soft_tell(world *w)
 {
-    enum { A_TICK = 1 << 17, A_LOOK = 1, A_PAIR = 8, FEATURES = 2 /* as a look */ };
+    enum { A_TICK = 1 << 17, A_LOOK = 1, A_PAIR = 32, FEATURES = 2 /* as a look */ };
     struct soft_world *s = w->soft;
     size_t spent = 0;
     uint32_t id = 0;

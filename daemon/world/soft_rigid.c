@@ -18,6 +18,7 @@
 enum {
     STEPS_MAX = 48,
     LOOKS_MAX = 8,
+    A_DEPTH = 3000, /* more, where they overlap: a depth is found, too */
     A_QUERY = 60,   /* units of 10 ns */
     BOXES = 16384,  /* faces whose boxes are looked at in a portion, ... */
     A_CHUNK = 1024, /* ... so many in one list */
@@ -121,7 +122,7 @@ static void ask_face(asking *a, double time)
     narrow_query_world(&face.shape, (pose){VEC_ZERO, {1, 0, 0, 0}}, &m->shape->shape, at, &request, a->scratch, &a->r);
     a->r.lo -= a->slack;
     a->r.hi += a->slack;
-    a->units += a->t->a_query;
+    a->units += a->t->a_query + (a->r.lo <= 0 ? A_DEPTH : 0);
 }
 
 /* By when is it met for certain? Looks on from `t`, ever farther. */
@@ -327,7 +328,7 @@ static bool go_on(world *w, task *t, uint64_t *units)
         *units = count;
         return true;
     }
-    size_t most = (size_t)(PORTION / (QUERIES * t->a_query)), left = near - t->tested;
+    size_t most = (size_t)(PORTION / (QUERIES * t->a_query + A_DEPTH)), left = near - t->tested;
     most = most < FACES_LEAST ? FACES_LEAST : most > FACES_MOST ? FACES_MOST : most;
     size_t count = left < most ? left : most;
     workers_run(w->workers, count, FACES_LEAST, meet_faces, t);
