@@ -456,7 +456,7 @@ static __attribute__((noinline)) bool renew(world *w, pair *p)
 uint64_t pair_activate(world *w, uint32_t id)
 {
     enum {
-        A_WISH = 20,         /* to list a subscription that wants it, and to hold what is found against its terms; ... */
+        A_WISH = 20, /* to list a subscription that wants it, and to hold what is found against its terms; ... */
         A_SOFT_BEGIN = 4000, /* ... of a soft body, most often all of them are told that it begins, ... */
         A_SOFT_NEWS = 800    /* ... or goes on elsewhere */
     };

@@ -87,10 +87,10 @@ typedef struct body {
     uint32_t only_shape; /* where it has one, `shapes` is that: body_make_shapes */
     double widen;   /* m, half of the farthest range that a subscription wants of it, and all of its rules' reach */
     double horizon; /* s: the farthest that a subscription wants predicted of it: its box holds all that it may do */
-    uint64_t gathered_tick;  /* the tick whose active list its pairs were last put on, all of them */
-    uint64_t changed_tick;   /* the tick that it was last put again for: what is decided before it is out of
-                                date; see slices.c */
-    uint32_t match;          /* its class: see match.h */
+    uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
+    uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
+                               date; see slices.c */
+    uint32_t match;         /* its class: see match.h */
     uint32_t pair_count;
     bool fixed;
     bool refilter; /* its filters are put again, too */
