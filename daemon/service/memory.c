@@ -9,6 +9,7 @@
 #include "geometries.h"
 #include "service.h"
 #include "shares.h"
+#include "vertices.h"
 
 #include <fcntl.h>
 #include <inttypes.h>
@@ -200,14 +201,6 @@ static int64_t need_of_subscription(const service *s, const wire_subscription *m
     return NAMED_BYTES + (wide ? WATCH_BYTES * (int64_t)world_get_figures(s->world).pairs : 0);
 }
 
-/* Whose geometry is known. */
-static size_t soft_vertices_of(service *s, const wire_body *b)
-{
-    if (b->shape_types.count != 1 || b->shape_types.at[0] != WIRE_SHAPE_SOFT) return 0;
-    const geometry *g = geometry_at(s, geometry_claimed(s, b->client, b->shape_geometries.at[0]));
-    return g ? g->vertex_numbers / 3 : 0;
-}
-
 /* 0: it makes nothing grow. *may_use_reserve: it is not to wait for those that announce. */
 static int64_t need_of(service *s, const wire_message *m, bool *may_use_reserve)
 {
@@ -220,7 +213,7 @@ static int64_t need_of(service *s, const wire_message *m, bool *may_use_reserve)
     case WIRE_BODY:
         return m->body.removed ? 0
                                : BODY_BYTES + SHAPE_BYTES * m->body.shape_types.count + (int64_t)wire_lcm_size(m) +
-                                     VERTEX_BYTES * (int64_t)soft_vertices_of(s, &m->body);
+                                     VERTEX_BYTES * (int64_t)vertices_of_body(s, &m->body);
     case WIRE_VERTEX_BATCH: /* a frame replaces another one, or waits: what its body may take has been counted, mostly
                              */
         *may_use_reserve = true;

@@ -390,14 +390,6 @@ static void comes(service *s, uint64_t key, there t)
     s->shares->dirty = true;
 }
 
-/* As far as its geometry is known: what is not is looked at when the body is put. */
-static size_t soft_vertices_of(service *s, const wire_body *b)
-{
-    if (b->removed || b->shape_types.count != 1 || b->shape_types.at[0] != WIRE_SHAPE_SOFT) return 0;
-    const geometry *g = geometry_at(s, geometry_claimed(s, b->client, b->shape_geometries.at[0]));
-    return vertices_weight(g && g->vertex_numbers > WIRE_SOFT_HEAD ? (g->vertex_numbers - WIRE_SOFT_HEAD) / 3 : 0);
-}
-
 static bool admit_body(service *s, purse *p, session *c, const wire_message *m, wire_refusal *why)
 {
     const wire_body *b = &m->body;
@@ -407,7 +399,7 @@ static bool admit_body(service *s, purse *p, session *c, const wire_message *m, 
     if (had && b->sequence <= had->sequence) return true; /* a late copy changes nothing */
     (void)came(s, key, &now);
     uint32_t had_shapes = now.is ? now.size : 0, shapes = b->removed ? 0 : b->shape_types.count;
-    size_t soft = soft_vertices_of(s, b), had_soft = had && now.is ? had->soft : 0;
+    size_t soft = vertices_of_body(s, b), had_soft = had && now.is ? had->soft : 0;
     bool fits = may_have(s, p, BODIES, !now.is && !b->removed, why) &&
                 may_have(s, p, SHAPES, shapes > had_shapes ? shapes - had_shapes : 0, why) &&
                 may_have(s, p, SOFT_VERTICES, soft > had_soft ? soft - had_soft : 0, why);

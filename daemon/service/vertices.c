@@ -4,6 +4,7 @@
 
 #include "clients.h"
 #include "commands.h"
+#include "geometries.h"
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -26,6 +27,13 @@ size_t vertices_weight(size_t vertices)
 {
     enum { LEAST = WORLD_SOFT_LEAST };
     return vertices > LEAST ? vertices : LEAST;
+}
+
+size_t vertices_of_body(service *s, const wire_body *b)
+{
+    if (b->removed || b->shape_types.count != 1 || b->shape_types.at[0] != WIRE_SHAPE_SOFT) return 0;
+    const geometry *g = geometry_at(s, geometry_claimed(s, b->client, b->shape_geometries.at[0]));
+    return vertices_weight(g && g->vertex_numbers > WIRE_SOFT_HEAD ? (g->vertex_numbers - WIRE_SOFT_HEAD) / 3 : 0);
 }
 
 static void free_parts(frame_parts *f)

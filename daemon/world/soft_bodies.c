@@ -61,7 +61,7 @@ soft_place *soft_place_create(world *w, uint32_t id, uint32_t collider_id, uint3
     return p;
 }
 
-static size_t weight_of(const soft_place *p)
+static size_t weight_of_surface(const soft_place *p)
 {
     return p->count > WORLD_SOFT_LEAST ? p->count : WORLD_SOFT_LEAST;
 }
@@ -73,7 +73,7 @@ void soft_enter(world *w, uint32_t id, uint32_t collider_id, uint32_t shadow)
     if (place == w->soft->places.count) array_push(&w->soft->places, NULL);
     w->soft->places.at[place] = soft_place_create(w, id, collider_id, shadow);
     w->soft->count++;
-    w->figures.soft_vertices += weight_of(w->soft->places.at[place]);
+    w->figures.soft_vertices += weight_of_surface(w->soft->places.at[place]);
     w->bodies.at[id].soft = (uint32_t)place + 1;
 }
 
@@ -86,7 +86,7 @@ void soft_leave(world *w, body *b)
     for (int i = 0; i < 2; i++) s[i]->shape.soft = NULL, s[i]->shape.span = NULL;
     w->soft->places.at[b->soft - 1] = NULL;
     w->soft->count--;
-    w->figures.soft_vertices -= weight_of(p);
+    w->figures.soft_vertices -= weight_of_surface(p);
     b->soft = 0;
     drop_place(p);
 }

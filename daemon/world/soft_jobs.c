@@ -444,7 +444,7 @@ static uint64_t take_results(soft_job *j)
 
 /* ---- how far they go ---- */
 
-static soft_step_def step_of(const world *w, const soft_job *j)
+static soft_step_def terms_of_step(const world *w, const soft_job *j)
 {
     const soft_asked *a = &j->asks.at[j->ask];
     return (soft_step_def){.bodies = j->bodies.at,
@@ -502,7 +502,7 @@ static uint64_t step_on(world *w, soft_job *j)
         return 1;
     }
     if (!j->begun) {
-        const soft_step_def def = step_of(w, j);
+        const soft_step_def def = terms_of_step(w, j);
         uint64_t units = 0;
         if (!j->step) j->step = soft_step_create(w->workers);
         j->begun = true;
@@ -585,7 +585,7 @@ static bool may_end(const soft_job *j)
 
 /* ---- turns ---- */
 
-static uint64_t owner_of(const world *w, const soft_job *j)
+static uint64_t owner_of_job(const world *w, const soft_job *j)
 {
     return w->bodies.at[j->places.at[0]->body].owner;
 }
@@ -608,7 +608,7 @@ static void close_accounts(world *w)
     for (size_t i = 0; i < w->soft->accounts.count; i++) {
         bool has = false;
         for (size_t k = 0; k < w->soft->jobs.count && !has; k++)
-            has = owner_of(w, w->soft->jobs.at[k]) == w->soft->accounts.at[i].owner;
+            has = owner_of_job(w, w->soft->jobs.at[k]) == w->soft->accounts.at[i].owner;
         if (has) w->soft->accounts.at[kept++] = w->soft->accounts.at[i];
     }
     w->soft->accounts.count = kept;
@@ -622,7 +622,7 @@ static soft_job *next_job(world *w, bool fresh)
     for (size_t i = 0; i < w->soft->jobs.count; i++) {
         soft_job *j = w->soft->jobs.at[i];
         if (j->stage == SOFT_DONE || j->fresh != fresh) continue; /* it waits */
-        uint64_t units = account_of(w, owner_of(w, j))->units;
+        uint64_t units = account_of(w, owner_of_job(w, j))->units;
         if (!best || units < least || (units == least && j->units < best->units)) best = j, least = units;
     }
     return best;
@@ -652,7 +652,7 @@ static void run_jobs(world *w, bool fresh)
     for (end_jobs(w, fresh); w->slice == UINT64_MAX || spent < part; end_jobs(w, fresh)) {
         soft_job *j = next_job(w, fresh);
         if (!j) break;
-        soft_account *paid = account_of(w, owner_of(w, j));
+        soft_account *paid = account_of(w, owner_of_job(w, j));
         uint64_t units = soft_job_portion(w, j);
         spent += units + 1;
         paid->units += units + 1;

@@ -50,7 +50,7 @@ static void index_results(world *w)
     }
 }
 
-static soft_result *newest_of(const world *w, uint64_t key)
+static soft_result *newest_result(const world *w, uint64_t key)
 {
     uint32_t i = w->soft->results.count ? pair_map_get(&w->soft->result_of, key) : PAIR_MAP_NONE;
     return i == PAIR_MAP_NONE ? NULL : &w->soft->results.at[i];
@@ -153,7 +153,7 @@ void soft_find_touches(soft_result *r, const soft_mesh *a, soft_positions x, con
 static soft_result *first_of(const world *w, const pair *p)
 {
     soft_result *newest = NULL;
-    for (soft_result *r = newest_of(w, pair_key(p->a, p->b)); r; r = older_than(w, r))
+    for (soft_result *r = newest_result(w, pair_key(p->a, p->b)); r; r = older_than(w, r))
         if (!r->proposed && !r->only_told && (!newest || r->tick > newest->tick)) newest = r;
     return newest;
 }
@@ -171,7 +171,7 @@ static uint64_t contacts_of(const soft_result *r)
 bool soft_touches(const world *w, const pair *p, double separation, const soft_result **which)
 {
     *which = NULL;
-    for (const soft_result *r = newest_of(w, pair_key(p->a, p->b)); r; r = older_than(w, r)) {
+    for (const soft_result *r = newest_result(w, pair_key(p->a, p->b)); r; r = older_than(w, r)) {
         bool is = !r->proposed && !r->only_told && r->separation == fmax(separation, 0);
         if (is && (!*which || r->tick > (*which)->tick)) *which = r;
     }
@@ -184,7 +184,7 @@ void soft_fill(const world *w, const pair *p, narrow_result *r)
     const soft_result *of = first_of(w, p);
     pose a = w->colliders.at[p->a].world;
     *r = (narrow_result){.lo = -INFINITY, .hi = INFINITY, .status = NARROW_WIDE, .method = NARROW_BY_CLOSED_FORM};
-    for (const soft_result *i = of ? newest_of(w, of->key) : NULL; i && !of->has_first; i = older_than(w, i))
+    for (const soft_result *i = of ? newest_result(w, of->key) : NULL; i && !of->has_first; i = older_than(w, i))
         if (i->has_first) of = i;
     if (!of || !of->has_first) return;
     r->axis = quat_rotate(quat_conj(a.q), of->first_normal);

@@ -312,7 +312,7 @@ void soft_rigid_drop(task *t)
 }
 
 /* False: there is no more to do. */
-static bool go_on(world *w, task *t, uint64_t *units)
+static bool meet_on(world *w, task *t, uint64_t *units)
 {
     size_t faces = soft_mesh_triangle_count(t->m->mesh), near = t->near_first[CHUNKS];
     t->units = 0;
@@ -395,7 +395,7 @@ uint64_t soft_rigid_portion(world *w, soft_job *j, bool give_up)
             j->task = begin_task(w, &m);
         }
         j->task->meeting.shape = &w->colliders.at[b->rigid]; /* colliders may have moved in memory */
-        more = !give_up && go_on(w, j->task, &units);
+        more = !give_up && meet_on(w, j->task, &units);
         if (!more) take_result(w, j, b, give_up);
     }
     if (more) return units;

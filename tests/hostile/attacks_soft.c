@@ -1,7 +1,6 @@
 /* attacks_soft: what one client may do with soft bodies: crumpled noise in which all features meet, as many of them as
  * there may be at one place, the largest of all through rigid shapes, and steps of lock-step that never come. */
 #include "attacks_soft.h"
-#include "attacks.h"
 
 #include <collided.h>
 
