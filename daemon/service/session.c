@@ -144,6 +144,8 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
         model_destroy(b->model);
         b->model = NULL;
     }
+    c->soft_vertices -= b->soft;
+    b->soft = 0;
     b->world_id = c->rows.world_ids.at[b - c->bodies.at] = world_id;
     b->shapes = (uint32_t)shapes;
 }
