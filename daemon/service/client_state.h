@@ -93,6 +93,7 @@ typedef struct hearing {
     int64_t said_ns;        /* its last word; 0: it has said none */
     int64_t report_ns;      /* when it may be reported again */
     int64_t report_wait_s;  /* 0: it is heard */
+    bool lost, lost_poses;  /* something of it, perhaps, was lost on its way, and it has not been told; poses alone */
 } hearing;
 
 /* What a client means by a hash. */

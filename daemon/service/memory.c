@@ -1,6 +1,7 @@
 /* memory: how much there may be, how much there is, and who may still grow. */
 #include "memory.h"
 
+#include "base/ahead.h"
 #include "base/log.h"
 #include "clients.h"
 #include "commands.h"
@@ -308,6 +309,7 @@ void memory_trim(service *s)
     if (g->statm < 0 || s->monotonic_ns < g->next_trim_ns) return;
     look_again(s);
     bool is_short = g->left < 2 * reserve(g);
+    ahead_allow(!is_short);
     if (!is_short) g->reported = false;
     if (!is_short) return;
     int64_t before = g->resident;
