@@ -609,6 +609,23 @@ static void as_many_looks_as_may_be(void **state)
     free(poses);
 }
 
+/* Corners at FEATURE_SLACK and no more, at one end of the time: refused; and accepted just above it. */
+static void features_at_the_slack(void **state)
+{
+    (void)state;
+    const double times[2] = {0, 1}, direction[3] = {0, 0, 1}, slack = 0x1p-49 * 2; /* the scale is 2 */
+    double until;
+    for (int way = 0; way < 8; way++) {
+        collided_check_features f = {.kind = way % 2, .count = 1, .times = times, .directions = direction};
+        for (int i = way % 2 ? 2 : 1; i < 4; i++) {
+            f.start[3 * i + 2] = f.end[3 * i + 2] = 1;
+            (way & 2 ? f.start : f.end)[3 * i + 2] = way & 4 ? slack * (1 + 0x1p-52) : slack;
+        }
+        assert_int_equal(
+            collided_check_features_free(&f, &until), way & 4 ? COLLIDED_CHECK_PROVEN : COLLIDED_CHECK_TIME_UNPROVEN);
+    }
+}
+
 static void as_many_features_as_may_be(void **state)
 {
     (void)state;
@@ -635,8 +652,8 @@ int main(void)
         cmocka_unit_test(limits_of_the_rules), cmocka_unit_test(bounds_of_motion), cmocka_unit_test(each_look_counts),
         cmocka_unit_test(slack_of_the_rule), cmocka_unit_test(missing_pointers), cmocka_unit_test(reach_of_arrays),
         cmocka_unit_test(features_along_each_axis), cmocka_unit_test(tiny_gaps),
-        cmocka_unit_test(as_many_looks_as_may_be), cmocka_unit_test(as_many_features_as_may_be),
-        cmocka_unit_test(bounds_of_tiny_motion), cmocka_unit_test(features_that_are_accepted_are_apart),
-        cmocka_unit_test(limits_of_features)};
+        cmocka_unit_test(features_at_the_slack), cmocka_unit_test(as_many_looks_as_may_be),
+        cmocka_unit_test(as_many_features_as_may_be), cmocka_unit_test(bounds_of_tiny_motion),
+        cmocka_unit_test(features_that_are_accepted_are_apart), cmocka_unit_test(limits_of_features)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
