@@ -609,16 +609,20 @@ static void as_many_looks_as_may_be(void **state)
     free(poses);
 }
 
-/* Corners at FEATURE_SLACK and no more, at one end of the time: refused; and accepted just above it. */
+/* Corners at FEATURE_SLACK of the scale and no more, at one end of the time: refused; and accepted just above it. The
+ * scale is that of the greatest number, at the start or at the end. */
 static void features_at_the_slack(void **state)
 {
     (void)state;
-    const double times[2] = {0, 1}, direction[3] = {0, 0, 1}, slack = 0x1p-49 * 2; /* the scale is 2 */
+    const double times[2] = {0, 1}, direction[3] = {0, 0, 1};
     double until;
-    for (int way = 0; way < 8; way++) {
+    for (int way = 0; way < 24; way++) {
         collided_check_features f = {.kind = way % 2, .count = 1, .times = times, .directions = direction};
+        int wide = way / 8; /* 0: nowhere; 1: at the start; 2: at the end */
+        double slack = 0x1p-49 * (wide ? 0x1p21 : 2);
         for (int i = way % 2 ? 2 : 1; i < 4; i++) {
             f.start[3 * i + 2] = f.end[3 * i + 2] = 1;
+            if (wide) (wide == 1 ? f.start : f.end)[3 * i] = 0x1p20;
             (way & 2 ? f.start : f.end)[3 * i + 2] = way & 4 ? slack * (1 + 0x1p-52) : slack;
         }
         assert_int_equal(
