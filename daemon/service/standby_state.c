@@ -151,7 +151,7 @@ static const char *get_session(service *s, bytes_in *from)
         bytes_get(from, &pose_sequence, sizeof pose_sequence);
         GET_ARRAY(from, &b.geometries);
         pair_map_put(&c->body_of, (uint64_t)b.number + 1, (uint32_t)i);
-        array_push(&c->bodies, b);
+        array_push_long(&c->bodies, b);
         session_add_row(c, b.number, b.world_id, pose_sequence);
     }
     GET_ARRAY(from, &c->subscriptions);

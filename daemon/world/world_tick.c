@@ -41,6 +41,7 @@ world *world_create(const world_options *options)
     rules_init(&w->rules);
     impact_wait_init(w);
     w->soft = base_zalloc(1, sizeof *w->soft);
+    pair_map_init(&w->soft->result_of);
     w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;
@@ -136,6 +137,7 @@ void world_destroy(world *w)
     array_free(&w->glided);
     array_free(&w->past_bodies);
     array_free(&w->sort_scratch);
+    array_free(&w->queue);
     array_free(&w->changed_subscriptions);
     array_free(&w->ghosts);
     array_free(&w->reap);
@@ -160,6 +162,7 @@ void world_destroy(world *w)
     removal_free(w);
     pair_map_free(&w->leaving_names);
     array_free(&w->concerned);
+    array_free(&w->concerned_found);
     array_free(&w->results);
     array_free(&w->sweeps);
     array_free(&w->sweep_order);
