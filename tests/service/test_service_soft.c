@@ -25,7 +25,7 @@ typedef struct room {
     memory_end *end;
     wire_memory *memory;
     int64_t sequence;
-    double at[3 * POINTS];
+    double at[2 * 3 * POINTS]; /* twice the room: bad frames name vertices beyond */
 } room;
 
 static void hello(room *r, int64_t client, int32_t lock_step)
@@ -51,7 +51,7 @@ static int64_t send_surface(room *r, int64_t client)
     double numbers[NUMBERS] = {1, 0, 0};
     int32_t indices[INDICES], *to = indices;
     rest(r);
-    memcpy(numbers + WIRE_SOFT_HEAD, r->at, sizeof r->at);
+    memcpy(numbers + WIRE_SOFT_HEAD, r->at, 3 * POINTS * sizeof *r->at);
     for (int32_t v = 0; v + SIDE < POINTS; v++) {
         if (v % SIDE == SIDE - 1) continue;
         const int32_t two[6] = {v, v + 1, v + SIDE, v + 1, v + SIDE + 1, v + SIDE};
