@@ -1,7 +1,7 @@
 /* frames: see frames.h. Numbers go out as this machine has them, which is little-endian. */
 #include "frames.h"
 
-#include "index.h"
+#include "window/index.h"
 
 #include <libwebsockets.h>
 #include <math.h>

@@ -3,7 +3,7 @@
 #ifndef COLLIDED_WEB_FRAMES_H
 #define COLLIDED_WEB_FRAMES_H
 
-#include "mirror.h"
+#include "window/mirror.h"
 
 enum {
     FRAME_HELLO = 1,

@@ -1,8 +1,8 @@
 /* main: collided-web, the window of the collision daemon for browsers: a process of its own that serves a page and what
  * it shows, as an ordinary subscriber. Parses the command line, runs libwebsockets' loop. One thread beside that of the
  * client library. */
-#include "index.h"
 #include "web.h"
+#include "window/index.h"
 
 #include <errno.h>
 #include <fcntl.h>

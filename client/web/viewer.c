@@ -1,8 +1,8 @@
 /* viewer: one page. What it must have (the scene, events, answers) waits in a queue that is bounded; where things are
  * now is put together when the socket takes it, from what has changed since it was sent last, so that a slow page gets
  * fewer states, and no state waits for it. */
-#include "index.h"
 #include "web.h"
+#include "window/index.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -3,8 +3,8 @@
 #define COLLIDED_WEB_WEB_H
 
 #include "frames.h"
-#include "mirror.h"
 #include "request.h"
+#include "window/mirror.h"
 
 #include <libwebsockets.h>
 
