@@ -91,7 +91,7 @@ static void give_sign(served *v)
 
 /* ---- what it is told ---- */
 
-static void carry_out(served *v, const char *line)
+static void obey_command(served *v, const char *line)
 {
     double speed;
     long long ns;
@@ -123,7 +123,7 @@ static void take_commands(served *v)
         v->line[v->line_size] = '\0';
         v->line_size = 0;
         v->observer->ops->receive(v->observer, v->sink);
-        carry_out(v, v->line);
+        obey_command(v, v->line);
         printf("done %u\n", ++v->commands);
         fflush(stdout);
     }
@@ -179,7 +179,7 @@ static int64_t due_ns(const served *v)
     return v->began_ns + (int64_t)((double)(v->marks.at[v->next].monotonic_ns - v->from_ns) / v->speed);
 }
 
-static void go_on(served *v)
+static void replay_go_on(served *v)
 {
     if (!recorded_tick(v) || v->next == v->marks.count)
         enter(v, SERVED_ENDED);
@@ -211,7 +211,7 @@ static void serve_round(served *v)
     if (v->over) return;
     if (now - v->sign_ns >= SIGN_NS && !full) give_sign(v);
     if (due <= now && !full) {
-        go_on(v);
+        replay_go_on(v);
         return;
     }
     if ((s->inbox.commands.count || v->again) && !full && due - now > SOON_NS) {
@@ -223,7 +223,7 @@ static void serve_round(served *v)
 }
 
 /* The observer comes after the state with which a recording may begin, which replaces all clients. */
-static int begin(served *v)
+static int replay_begin(served *v)
 {
     char why[256] = "";
     look_through(v, why, sizeof why);
@@ -243,7 +243,7 @@ static int begin(served *v)
 int replay_serve(service *s, const link_sink *sink, const _Atomic bool *stop)
 {
     served v = {.service = s, .sink = sink, .observer = s->links[1]};
-    int status = begin(&v);
+    int status = replay_begin(&v);
     (void)fcntl(STDIN_FILENO, F_SETFL, fcntl(STDIN_FILENO, F_GETFL) | O_NONBLOCK);
     while (!status && !*stop && !v.over && !link_pipe_is_gone(v.observer)) serve_round(&v);
     array_free(&v.marks);
