@@ -305,7 +305,7 @@ size_t soft_told_to(const world *w, uint32_t subscription, const world_soft **at
     size_t first = 0, end;
     while (first < s->told.count && s->told.at[first].subscription < subscription) first++;
     for (end = first; end < s->told.count && s->told.at[end].subscription == subscription;) end++;
-    *at = s->batch.at + first;
+    *at = first < end ? s->batch.at + first : NULL;
     return end - first;
 }
 

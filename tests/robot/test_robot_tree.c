@@ -11,11 +11,17 @@
 
 #include <cmocka.h>
 
+/* With COLLIDED_BRIEF a fifth. */
+static int rounds_of(int normal)
+{
+    return getenv("COLLIDED_BRIEF") ? normal / 5 : normal;
+}
+
 static void test_sines(void **state)
 {
     (void)state;
     uint64_t seed = 3;
-    for (int i = 0; i < 2000000; i++) {
+    for (int i = 0; i < rounds_of(2000000); i++) {
         double most = i % 3 == 0 ? TURN_ANGLE_MAX : i % 3 == 1 ? 7 : 1e-3, x = prng_in(&seed, -most, most);
         if (i % 7 == 0) x = round(x / 1.5707963267948966) * 1.5707963267948966;
         lanes s, c;
@@ -48,7 +54,7 @@ static void test_poses(void **state)
 {
     (void)state;
     uint64_t seed = 4;
-    for (int round = 0; round < 3000; round++) {
+    for (int round = 0; round < rounds_of(3000); round++) {
         robot_draw d;
         draw_robot(&seed, &d);
         double q[4][DRAW_LINKS];
@@ -93,7 +99,7 @@ static void test_bends(void **state)
     (void)state;
     uint64_t seed = 5;
     double nearest = 0;
-    for (int round = 0; round < 20000; round++) {
+    for (int round = 0; round < rounds_of(20000); round++) {
         robot_draw d;
         draw_robot(&seed, &d);
         size_t n = robot_tree_coordinates(d.tree);
