@@ -1,6 +1,7 @@
 /* main: collided-web, the window of the collision daemon for browsers: a process of its own that serves a page and what
  * it shows, as an ordinary subscriber. Parses the command line, runs libwebsockets' loop. One thread beside that of the
  * client library. */
+#include "foxview.h"
 #include "web.h"
 #include "window/index.h"
 
@@ -145,6 +146,30 @@ static int on_page(struct lws *wsi, enum lws_callback_reasons reason, void *user
     }
 }
 
+static int on_foxglove(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t size)
+{
+    foxview *v = user;
+    switch (reason) {
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+        if (foxview_may(wsi, web_of(wsi))) return admit(wsi, web_of(wsi));
+        (void)lws_return_http_status(wsi, 403, "the token is the last part of the path: /foxglove/TOKEN");
+        return -1;
+    case LWS_CALLBACK_ESTABLISHED:
+        foxview_open(web_of(wsi), v, wsi);
+        return 0;
+    case LWS_CALLBACK_RECEIVE:
+        return foxview_receive(
+            v, in, size, lws_is_final_fragment(wsi) && !lws_remaining_packet_payload(wsi), lws_frame_is_binary(wsi));
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+        return foxview_write(v);
+    case LWS_CALLBACK_CLOSED:
+        foxview_close(v);
+        return 0;
+    default:
+        return 0;
+    }
+}
+
 /* The client library's descriptor, in the same loop. */
 static int on_daemon(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t size)
 {
@@ -158,6 +183,8 @@ static int on_daemon(struct lws *wsi, enum lws_callback_reasons reason, void *us
 static const struct lws_protocols PROTOCOLS[] = {
     {"http", on_http, sizeof(getting), 0, 0, NULL, 0},
     {"collided.web.v1", on_page, sizeof(viewer), REQUEST_MAX, 0, NULL, 0},
+    {"foxglove.sdk.v1", on_foxglove, sizeof(foxview), REQUEST_MAX, 0, NULL, 0},
+    {"foxglove.websocket.v1", on_foxglove, sizeof(foxview), REQUEST_MAX, 0, NULL, 0},
     {"daemon", on_daemon, 0, 0, 0, NULL, 0},
     {NULL, NULL, 0, 0, 0, NULL, 0},
 };
@@ -273,6 +300,7 @@ static int serve(web *w)
     if (w->context) lws_context_destroy(w->context);
     if (w->client) collided_close(w->client);
     mirror_destroy(w->mirror);
+    triangles_free_all(&w->kept);
     site_free(w->site);
     frame_free(&w->scratch);
     frame_free(&w->shared);

@@ -5,6 +5,7 @@
 #include "frames.h"
 #include "request.h"
 #include "window/mirror.h"
+#include "window/triangles.h"
 
 #include <libwebsockets.h>
 
@@ -65,7 +66,10 @@ typedef struct web {
     site *site;
     struct lws_context *context;
     viewer *viewers;
-    size_t viewer_count;
+    struct foxview *foxviews; /* who speak Foxglove's protocol */
+    triangles_kept kept;      /* geometries for these, by the mirror's numbers; */
+    uint32_t asked;           /* those below have been asked for */
+    size_t viewer_count;      /* of both */
     collided_subscription observation, contacts;
     bool observes, watches;
     uint64_t pose_states, contact_states; /* that came from the daemon */
