@@ -7,6 +7,7 @@
 #include "wire/wire_lcm.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -51,16 +52,16 @@ static void pipe_close(transport *base)
 
 static transport *pipe_open(const transport_options *options, char *why, size_t why_size)
 {
-    int a, b;
-    char rest;
-    if (sscanf(options->address, "%d,%d%c", &a, &b, &rest) != 2 || a < 0 || b < 0) {
+    char *end, *last = NULL;
+    long a = strtol(options->address, &end, 10), b = *end == ',' ? strtol(end + 1, &last, 10) : -1;
+    if (!last || *last || last == end + 1 || a < 0 || b < 0 || a > INT_MAX || b > INT_MAX) {
         (void)snprintf(why, why_size, "pipe://%.40s: two descriptors are wanted, as in pipe://3,4", options->address);
         return NULL;
     }
     transport_pipe *t = allocate(1, sizeof *t);
     t->head.ops = &transport_pipe_ops;
-    t->roles[TRANSPORT_CONTROL].fd = a;
-    t->roles[TRANSPORT_STREAMS].fd = b;
+    t->roles[TRANSPORT_CONTROL].fd = (int)a;
+    t->roles[TRANSPORT_STREAMS].fd = (int)b;
     for (int role = 0; role < TRANSPORT_ROLES; role++) t->roles[role].memory = wire_memory_create();
     return &t->head;
 }

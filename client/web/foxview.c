@@ -311,7 +311,7 @@ static void take_call(foxview *v, const unsigned char *at, size_t size)
     put_little(head + 1, service, 4);
     put_little(head + 5, call, 4);
     put_little(head + 9, 4, 4);
-    memcpy(head + CALL_HEAD, "json", 4);
+    memcpy(head + CALL_HEAD, (const char[4]){'j', 's', 'o', 'n'}, 4);
     answer_call(v, service, &r, &j);
     queue_octets(v, head, sizeof head, j.at, j.count, true);
     free(j.at);

@@ -208,7 +208,10 @@ static void take_request(viewer *v, const request *q)
         take_ask(v, q);
         break;
     case REQUEST_CONTROL:
-        end_viewer(v, CLOSE_CONTROL, "this server shows a live daemon: there is nothing to control");
+        if (v->web->options.file)
+            recorded_control(v->web, q);
+        else
+            end_viewer(v, CLOSE_CONTROL, "this server shows a live daemon: there is nothing to control");
         break;
     default:
         break; /* another hello */

@@ -22,6 +22,43 @@ static void put_names(json_buffer *j, const char *name, const char *const *names
         put_names(&j, name, all, sizeof all / sizeof all[0]);                                                          \
     } while (0)
 
+static void put_recording(json_buffer *j, const web *w)
+{
+    if (!w->options.file) {
+        json_buffer_raw(j, "null");
+        return;
+    }
+    json_buffer_raw(j, "{");
+    json_buffer_name(j, "file");
+    json_buffer_text(j, w->options.file);
+    json_buffer_name(j, "begin_ns");
+    json_buffer_whole(j, w->replay.begin_ns);
+    json_buffer_name(j, "end_ns");
+    json_buffer_whole(j, w->replay.end_ns);
+    json_buffer_name(j, "ticks");
+    json_buffer_count(j, w->replay.ticks);
+    json_buffer_raw(j, "}");
+}
+
+static void put_playback(json_buffer *j, const web *w)
+{
+    static const char *const STATES[] = {"paused", "playing", "playing", "ended"};
+    if (!w->options.file) {
+        json_buffer_raw(j, "null");
+        return;
+    }
+    json_buffer_raw(j, "{");
+    json_buffer_name(j, "state");
+    json_buffer_text(j, STATES[w->replay.state]);
+    json_buffer_name(j, "at_ns");
+    json_buffer_whole(j, w->replay.at_ns);
+    json_buffer_name(j, "tick");
+    json_buffer_count(j, w->replay.tick);
+    json_buffer_name(j, "speed");
+    json_buffer_number(j, w->replay.speed);
+    json_buffer_raw(j, "}");
+}
+
 char *words_hello(const web *w)
 {
     json_buffer j = {0};
@@ -35,7 +72,7 @@ char *words_hello(const web *w)
     json_buffer_name(&j, "epoch");
     json_buffer_whole(&j, w->epoch);
     json_buffer_name(&j, "uri");
-    json_buffer_text(&j, w->options.connect);
+    json_buffer_text(&j, w->options.file ? w->options.file : w->options.connect);
     json_buffer_name(&j, "rate_hz");
     json_buffer_number(&j, w->options.rate_hz);
     json_buffer_name(&j, "range_m");
@@ -43,9 +80,9 @@ char *words_hello(const web *w)
     json_buffer_name(&j, "horizon_s");
     json_buffer_number(&j, w->options.horizon_s);
     json_buffer_name(&j, "control");
-    json_buffer_flag(&j, false);
+    json_buffer_flag(&j, w->options.file != NULL);
     json_buffer_name(&j, "recording");
-    json_buffer_raw(&j, "null");
+    put_recording(&j, w);
     NAMES("event_kinds", NULL, "begin", "update", "end", "near", "far", "unknown", "known", "impact", "predicted",
         "averted");
     NAMES("causes", "motion", "removed", "owner_lost", "filter", "shape", "subscription", "shutdown", "stale",
@@ -104,7 +141,7 @@ char *words_status(web *w, const viewer *v)
     json_buffer_name(&j, "limits");
     json_buffer_text(&j, heard ? s.limits : "no daemon is heard");
     json_buffer_name(&j, "playback");
-    json_buffer_raw(&j, "null");
+    put_playback(&j, w);
     put_server(&j, w, v);
     if (heard) {
         json_buffer_name(&j, "daemon");

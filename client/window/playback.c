@@ -55,13 +55,27 @@ static void become_child(const ends *e, const char *daemon, const char *file, lo
 
 /* ---- what the child says ---- */
 
-static bool take_place(playback *p, const char *line)
+/* The number that comes next, behind a space. */
+static bool take_number(const char **at, int64_t *to)
+{
+    char *end;
+    errno = 0;
+    if (**at != ' ') return false;
+    *to = strtoll(*at + 1, &end, 10);
+    bool is = end != *at + 1 && !errno;
+    *at = end;
+    return is;
+}
+
+static bool take_place(playback *p, const char *at)
 {
     static const char *const NAMES[] = {"paused", "playing", "seeking", "ended"};
-    char word[16];
-    if (sscanf(line, "at %" SCNd64 " %" SCNd64 " %15s %lf", &p->at_ns, &p->tick, word, &p->speed) != 4) return false;
+    if (!take_number(&at, &p->at_ns) || !take_number(&at, &p->tick) || *at != ' ') return false;
+    size_t length = strcspn(++at, " ");
+    if (!at[length]) return false;
+    p->speed = strtod(at + length, NULL);
     for (int i = 0; i < 4; i++) {
-        if (strcmp(NAMES[i], word) != 0) continue;
+        if (strlen(NAMES[i]) != length || strncmp(NAMES[i], at, length) != 0) continue;
         p->state = (playback_state)i;
         return true;
     }
@@ -70,14 +84,21 @@ static bool take_place(playback *p, const char *line)
 
 static bool take_line(playback *p, const char *line)
 {
-    if (strncmp(line, "damaged ", 8) == 0) {
-        snprintf(p->damaged, sizeof p->damaged, "%s", line + 8);
+    const char *rest = line + strcspn(line, " ");
+    size_t word = (size_t)(rest - line);
+    int64_t done = 0;
+    if (word == 7 && strncmp(line, "damaged", word) == 0) {
+        snprintf(p->damaged, sizeof p->damaged, "%s", *rest ? rest + 1 : "");
         return true;
     }
-    if (strncmp(line, "done ", 5) == 0) return sscanf(line, "done %u", &p->done) == 1;
-    if (strncmp(line, "recording ", 10) == 0)
-        return sscanf(line, "recording %" SCNd64 " %" SCNd64 " %" SCNd64, &p->begin_ns, &p->end_ns, &p->ticks) == 3;
-    bool took = take_place(p, line);
+    if (word == 4 && strncmp(line, "done", word) == 0) {
+        bool is = take_number(&rest, &done);
+        p->done = (unsigned)done;
+        return is;
+    }
+    if (word == 9 && strncmp(line, "recording", word) == 0)
+        return take_number(&rest, &p->begin_ns) && take_number(&rest, &p->end_ns) && take_number(&rest, &p->ticks);
+    bool took = word == 2 && strncmp(line, "at", word) == 0 && take_place(p, rest);
     p->known |= took;
     return took;
 }
@@ -112,6 +133,15 @@ bool playback_rests(const playback *p)
 }
 
 /* ---- its life ---- */
+
+void playback_program(char program[PLAYBACK_PROGRAM_MAX])
+{
+    ssize_t n = readlink("/proc/self/exe", program, PLAYBACK_PROGRAM_MAX - sizeof "collided");
+    program[n > 0 ? n : 0] = '\0';
+    char *slash = strrchr(program, '/');
+    if (slash) strcpy(slash + 1, "collided");
+    if (!slash || access(program, X_OK) != 0) strcpy(program, "collided");
+}
 
 bool playback_open(playback *p, const char *daemon, const char *file, long workers, char *why, size_t why_size)
 {
@@ -165,6 +195,11 @@ void playback_play(playback *p, double speed)
     char text[64];
     snprintf(text, sizeof text, "play %.17g\n", speed);
     command(p, text);
+}
+
+void playback_step(playback *p)
+{
+    command(p, "step\n");
 }
 
 void playback_pause(playback *p)

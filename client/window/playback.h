@@ -10,6 +10,8 @@
 
 typedef enum playback_state { PLAYBACK_PAUSED, PLAYBACK_PLAYING, PLAYBACK_SEEKING, PLAYBACK_ENDED } playback_state;
 
+enum { PLAYBACK_PROGRAM_MAX = 4096 };
+
 typedef struct playback {
     pid_t child;
     int commands, answers; /* -1: closed */
@@ -27,6 +29,9 @@ typedef struct playback {
     bool gone;           /* the child has ended, or says what nobody understands */
 } playback;
 
+/* The program collided: beside the program that runs, or else as PATH has it. */
+void playback_program(char program[PLAYBACK_PROGRAM_MAX]);
+
 /* `daemon`: the program collided. Waits until the recording has been looked through: the child says on standard error
  * what is wrong with it. False: it has ended (playback_close tells how), or `why` says what failed here. */
 bool playback_open(playback *p, const char *daemon, const char *file, long workers, char *why, size_t why_size);
@@ -35,6 +40,7 @@ bool playback_open(playback *p, const char *daemon, const char *file, long worke
 const char *playback_take_uri(playback *p);
 
 void playback_play(playback *p, double speed); /* 0: as fast as what it tells is read */
+void playback_step(playback *p);               /* one tick; then it pauses */
 void playback_pause(playback *p);
 void playback_seek(playback *p, int64_t ns); /* forward, as fast as possible; then it pauses */
 void playback_poll(playback *p);             /* takes what the child has said; never waits */

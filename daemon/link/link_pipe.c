@@ -5,7 +5,9 @@
 #include "opened.h"
 #include "pipe/pipe.h"
 
+#include <limits.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <sysexits.h>
 #include <unistd.h>
 
@@ -42,11 +44,14 @@ static int link_pipe_check(const link_options *options, char key[LINK_KEY_MAX], 
 static int link_pipe_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
     link_pipe *l = link_pipe_of(head);
-    char rest;
-    if (sscanf(options->address, "%d,%d%c", &l->fds[0], &l->fds[1], &rest) != 2 || l->fds[0] < 3 || l->fds[1] < 3) {
+    char *end, *last = NULL;
+    long a = strtol(options->address, &end, 10), b = *end == ',' ? strtol(end + 1, &last, 10) : -1;
+    if (!last || *last || a < 3 || b < 3 || a > INT_MAX || b > INT_MAX) {
         snprintf(why, why_size, "pipe://%.40s: two descriptors are wanted, as in pipe://3,4", options->address);
         return -1;
     }
+    l->fds[WAY_CONTROL] = (int)a;
+    l->fds[WAY_STREAMS] = (int)b;
     l->memory = wire_memory_create();
     l->messages_in = metrics_add(options->counters, "pipe_messages_in", "messages of the observer of this replay");
     l->refused = metrics_add(options->counters, "pipe_refused", "messages of the observer that were refused");

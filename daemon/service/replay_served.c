@@ -93,16 +93,20 @@ static void give_sign(served *v)
 
 static void obey_command(served *v, const char *line)
 {
-    double speed;
-    long long ns;
-    char rest;
-    if (sscanf(line, "play %lf%c", &speed, &rest) == 1 && isfinite(speed) && speed >= 0) {
+    size_t word = strcspn(line, " ");
+    const char *number = line + word + (line[word] == ' ');
+    char *end = NULL;
+    double speed = word == 4 && strncmp(line, "play", word) == 0 && *number ? strtod(number, &end) : NAN;
+    if (end && *end == '\0' && isfinite(speed) && speed >= 0) {
         v->speed = speed;
         enter(v, SERVED_PLAYING);
+    } else if (strcmp(line, "step") == 0) {
+        v->until_ns = INT64_MIN; /* whichever tick is next is later */
+        if (v->state != SERVED_ENDED) enter(v, SERVED_SEEKING);
     } else if (strcmp(line, "pause") == 0) {
         enter(v, SERVED_PAUSED);
-    } else if (sscanf(line, "to %lld%c", &ns, &rest) == 1) {
-        v->until_ns = ns;
+    } else if (word == 2 && strncmp(line, "to", word) == 0 && *number) {
+        v->until_ns = strtoll(number, NULL, 10);
         enter(v, SERVED_SEEKING);
     } else {
         fprintf(stderr, "collided: replay: '%s' is no command\n", line);

@@ -8,6 +8,7 @@
  * Standard input has the commands, a line each; its end ends the replay:
  *   play SPEED      at so many times the recorded time; 0: as fast as the client reads
  *   pause
+ *   step            one tick; then pauses
  *   to NS           as fast as possible, up to the last tick that is not later than that stamp; then pauses
  * Standard output has what became of them, a line each, words and numbers separated by spaces:
  *   recording BEGIN_NS END_NS TICKS    first of all: stamps of the first and last tick, and how many there are
