@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+_Static_assert(FRAME_ROOM >= LWS_PRE, "libwebsockets has room before a frame");
+
 enum { HELLO_S = 5, QUESTIONS_MAX = 64, EVENTS_A_FRAME = 1024 };
 enum { CLOSE_TOO_LARGE = 1009, CLOSE_SLOW = 1013, CLOSE_MALFORMED = 4400, CLOSE_TOKEN = 4401, CLOSE_CONTROL = 4403 };
 static const double FAR_M = 256; /* from the origin, which then follows the view */
@@ -31,7 +33,7 @@ void viewer_queue(viewer *v, const frame *f)
         return;
     }
     queued *q = web_allocate(1, sizeof *q);
-    q->frame.at = web_reserve(NULL, &q->frame.capacity, LWS_PRE + f->count, 1);
+    q->frame.at = web_reserve(NULL, &q->frame.capacity, FRAME_ROOM + f->count, 1);
     q->frame.count = f->count;
     memcpy(frame_octets(&q->frame), frame_octets(f), f->count);
     if (v->last)

@@ -2,8 +2,8 @@
 #ifndef COLLIDED_WEB_WEB_H
 #define COLLIDED_WEB_WEB_H
 
-#include "frames.h"
 #include "request.h"
+#include "window/frames.h"
 #include "window/mirror.h"
 #include "window/playback.h"
 #include "window/triangles.h"

@@ -73,8 +73,9 @@ static void make_field(triangles *t, const collided_geometry_numbers *n)
     t->points = web_allocate(3 * columns * rows, sizeof *t->points);
     t->point_count = columns * rows;
     for (size_t i = 0; i < columns * rows; i++) {
-        t->points[3 * i] = ((double)(i % columns) - 0.5 * (double)(columns - 1)) * dx;
-        t->points[3 * i + 1] = ((double)(i / columns) - 0.5 * (double)(rows - 1)) * dy;
+        size_t column = i % columns, row = i / columns;
+        t->points[3 * i] = ((double)column - 0.5 * (double)(columns - 1)) * dx;
+        t->points[3 * i + 1] = ((double)row - 0.5 * (double)(rows - 1)) * dy;
         t->points[3 * i + 2] = n->vertices[3 + i];
     }
     t->index_count = 6 * (columns - 1) * (rows - 1);
