@@ -79,6 +79,11 @@ const ctl_verb ctl_verbs[] = {
         "  /collided/raw/...     the recorded messages, in LCM's encoding\n"
         "Contacts have other numbers than in the recording, since this client asks for more. Of a recording that is\n"
         "damaged what comes before the damage is written, and the exit status is 65.\n"},
+    {"film", "FILE", 1, 1, verb_film, "Writes a recording as one HTML file that shows it from disk",
+        "The page of collided-web with the session in it: picture, pairs, timeline and proofs, with a slider; nothing "
+        "is\n"
+        "fetched from anywhere. The recording is replayed as by 'export'. Needs the built page (package "
+        "collided-web).\n"},
     {"trade", "[FILE]", 0, 1, verb_trade, "Tells what accuracy costs in a recorded session, and which to use",
         "The recording is replayed at each accuracy side by side, by 'collided --replay FILE --trade'. Without FILE\n"
         "the daemon records itself first, for --seconds, in its record_dir. Prints, per pair of shape types and\n"

@@ -167,6 +167,19 @@ static bool room_for(service *s, const session *c, const owned_body *b, const wi
     return !apply_limit(s, others + m->shape_types.count - 1, s->config.max_shapes, "max_shapes", why);
 }
 
+static size_t weight_of_soft(const service *s)
+{
+    const shape *one = s->shapes.count ? &s->shapes.at[0].shape : NULL;
+    return one && one->type == SHAPE_SOFT ? vertices_weight(soft_mesh_vertex_count(one->soft)) : 0;
+}
+
+/* The shapes have been gathered. What it replaces makes room. */
+static bool room_for_soft(service *s, const owned_body *b, wire_refusal *why)
+{
+    size_t more = weight_of_soft(s), others = world_get_figures(s->world).soft_vertices - (b ? b->soft : 0);
+    return !more || !apply_limit(s, others + more - 1, s->config.max_soft_vertices, "max_soft_vertices", why);
+}
+
 /* The shapes have been gathered. */
 static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire_refusal *why)
 {
@@ -201,6 +214,8 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
     }
     if (!b) b = session_add_body(c, m->body);
     session_count_body(c, b, id, m->shape_types.count);
+    b->soft = (uint32_t)weight_of_soft(s);
+    c->soft_vertices += b->soft;
     b->sequence = m->sequence;
     if (!newer_pose) *session_pose_sequence(c, b) = m->sequence;
     hold_geometries(s, b, m);
@@ -211,7 +226,8 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
 static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
 {
     if (!room_for(s, c, session_body(c, m->body), m, why)) return why->reason;
-    wire_reason reason = gather_shapes(s, m, why) ? put_gathered(s, c, m, why) : why->reason;
+    bool fits = gather_shapes(s, m, why) && room_for_soft(s, session_body(c, m->body), why);
+    wire_reason reason = fits ? put_gathered(s, c, m, why) : why->reason;
     drop_compounds(s);
     return reason;
 }

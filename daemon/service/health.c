@@ -136,6 +136,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "dropped_motions", (int64_t)f.dropped_motions);
     sheet_add(t, "coarse_motions", (int64_t)f.coarse_motions);
     sheet_add(t, "soft_bodies", (int64_t)f.soft_bodies);
+    sheet_add(t, "soft_vertices", (int64_t)f.soft_vertices);
     sheet_add(t, "soft_waiting", (int64_t)f.soft_waiting);
     sheet_add(t, "soft_steps", (int64_t)f.soft_steps);
     sheet_add(t, "frames_skipped", (int64_t)f.frames_skipped);

@@ -139,6 +139,8 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
 {
     c->body_count += (size_t)(world_id != WORLD_NONE) - (size_t)(b->world_id != WORLD_NONE);
     c->shape_count += shapes - b->shapes;
+    c->soft_vertices -= b->soft;
+    b->soft = 0;
     b->world_id = c->rows.world_ids.at[b - c->bodies.at] = world_id;
     b->shapes = (uint32_t)shapes;
 }
