@@ -106,6 +106,10 @@ int rerun_run(rerun *r)
     if (!status) status = take_step(r);
     if (status) return status;
     ask_geometries(r);
+    if (!r->mirror->stamp_ns) { /* nobody is there yet */
+        r->mirror->stamp_ns = r->replay.at_ns;
+        r->mirror->tick = r->replay.tick;
+    }
     r->begun = true;
     r->news(r->context, r->replay.at_ns, true);
     for (int64_t until = r->replay.begin_ns; !status && r->replay.state != PLAYBACK_ENDED;) {
