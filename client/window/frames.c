@@ -123,7 +123,7 @@ static void put_text(frame *f, frame *texts, const char *text)
     frame_put(texts, text, size);
 }
 
-static void put_body(frame *f, frame *strings, const mirror_body *b, uint32_t id, uint32_t *first_shape)
+static void frame_put_body(frame *f, frame *strings, const mirror_body *b, uint32_t id, uint32_t *first_shape)
 {
     put_u32(f, id);
     put_u32(f, b->flags);
@@ -138,7 +138,7 @@ static void put_body(frame *f, frame *strings, const mirror_body *b, uint32_t id
     *first_shape += (uint32_t)b->shape_count;
 }
 
-static void put_shapes(frame *f, const mirror_body *b)
+static void frame_put_shapes(frame *f, const mirror_body *b)
 {
     uint32_t number = 0, parent = UINT32_MAX;
     size_t children = 0;
@@ -166,7 +166,7 @@ static void put_shapes(frame *f, const mirror_body *b)
     }
 }
 
-static uint32_t kind_of(const mirror_geometry *g)
+static uint32_t frame_kind_of(const mirror_geometry *g)
 {
     return g->type == COLLIDED_HULL   ? COLLIDED_GEOMETRY_HULL
            : g->type == COLLIDED_MESH ? COLLIDED_GEOMETRY_MESH
@@ -191,16 +191,16 @@ void frame_scene(frame *f, const mirror *m, uint64_t since, uint32_t revision)
     for (uint32_t id = 0; id < m->body_count; id++) {
         const mirror_body *b = &m->bodies[id];
         if (!b->live || (!all && b->changed <= since)) continue;
-        put_body(f, &strings, b, id, &first);
+        frame_put_body(f, &strings, b, id, &first);
         n++;
         shapes += (uint32_t)b->shape_count;
     }
     for (uint32_t id = 0; id < m->body_count; id++)
-        if (m->bodies[id].live && (all || m->bodies[id].changed > since)) put_shapes(f, &m->bodies[id]);
+        if (m->bodies[id].live && (all || m->bodies[id].changed > since)) frame_put_shapes(f, &m->bodies[id]);
     for (uint32_t i = 0; i < m->geometry_count; i++) {
         const mirror_geometry *g = &m->geometries[i];
         if (!all && g->announced <= since) continue;
-        const uint32_t numbers[2] = {i, kind_of(g)}, sizes[2] = {0, 0};
+        const uint32_t numbers[2] = {i, frame_kind_of(g)}, sizes[2] = {0, 0};
         frame_put(f, numbers, sizeof numbers);
         put_i64(f, g->hash);
         frame_put(f, sizes, sizeof sizes);
