@@ -10,7 +10,7 @@ die() { say "$*"; exit 1; }
 # What the daemon, its client library and the tools are built from.
 packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cyclonedds-tools liblcm-dev liblcm-bin
     libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libssl-dev openssl
-    libassimp-dev libxml2-dev libcyaml-dev libpng-dev libwebsockets-dev
+    libassimp-dev libxml2-dev libcyaml-dev libpng-dev libwebsockets-dev zlib1g-dev
     iproute2 util-linux python3)
 # What the Python package is built from, and needs.
 packages_python=(python3-cffi python3-dev python3-numpy python3-setuptools python3-wheel)
