@@ -63,6 +63,9 @@ tell_failures() { # tell_failures FOLDER_OF_LOGS
 of_processes='^(network|startup)$'
 compute() { run_tests "$1" "$(nproc)" -LE "$of_processes" "${@:2}"; }
 talk() { run_tests "$1" $((3 * $(nproc))) -L "$of_processes" "${@:2}" || run_again "$1"; }
+# What a build with sanitizers says no more about than the release does: pages, scripts, pictures, what a browser shows,
+# and storms of one kind, of which storm_all is all at once. The night runs these there, too.
+of_release='^(manual.*|test_layer_.*|test_make_site|test_scene_page|picture|test_readme|web_.*|doctor_.*|demo_.*_lcm|storm|storm_pair|storm_network|test_closed_site|bench_.*_security_smoke)$'
 begin_build() { # begin_build PRESET...: in the background; end_build waits for it
     (
         trap - EXIT

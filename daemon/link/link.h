@@ -96,10 +96,11 @@ typedef struct link_options {
 enum { LINK_KEY_MAX = 128 };
 
 typedef struct link_ops {
-    const char *scheme;  /* "dds", "lcm", "memory", "replay" */
+    const char *scheme;  /* "dds", "lcm", "memory", "replay", "pipe" */
     size_t size;         /* bytes of the link's own struct, which begins with a link; it starts out as zeros */
     bool has_liveliness; /* it reports lost clients itself */
     bool acknowledges;   /* its clients repeat messages until acknowledged */
+    bool loses_nothing;  /* whatever is published waits until it is read: a stream need keep nothing back */
     bool announces;      /* others notice when it is opened: of several links, it is opened last */
     /* What can be told of an address without opening it: see link_check. */
     int (*check)(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);

@@ -12,8 +12,10 @@ typedef struct owned_body {
     int32_t number;            /* the client's */
     uint32_t world_id;         /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
     uint32_t shapes;           /* in the world, as they count in limits */
+    uint32_t soft;             /* vertices of a soft one, as they count in limits; 0: it is rigid */
     int64_t sequence;          /* of the newest Body */
     ARRAY(int64_t) geometries; /* ids of those that it holds, in the order of its shapes */
+    struct model *model;       /* the robot that it carries; NULL: none */
 } owned_body;
 
 /* What a pose needs to know of a client's bodies, in their order: few bytes a body, which are gone through in runs. */
@@ -120,6 +122,7 @@ typedef struct session {
     bool withheld;                                      /* its answer is: something that the step brought is pending */
     int64_t answered_step;                              /* the last one of which nothing is */
     size_t body_count, shape_count, subscription_count; /* in the world */
+    size_t soft_vertices;                               /* of its soft bodies, as they count in limits */
     int64_t geometry_bytes;                             /* of the geometries that it claims */
     size_t geometry_count;                              /* of those */
     int64_t origin;                                     /* who speaks for it, as its link knows it; 0: nobody knows */

@@ -151,6 +151,9 @@ static const config_option OPTIONS[] = {
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},
+    {"max_soft_vertices", CONFIG_WHOLE, FIELD(max_soft_vertices), 1, 100000000, NULL, "524288", "vertices",
+        "vertices of all soft bodies together",
+        "Of a soft body each vertex takes about 1 kB, and some 0.1 us of each step. A body counts for 2048 at least."},
     {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "40000", "poses",
         "poses of a step of lock-step, of all members together",
         "A step is kept until all have published it. Then all is moved in one tick, which takes about a tenth of a "
@@ -159,8 +162,8 @@ static const config_option OPTIONS[] = {
         "counts for several. Each member may have an equal share of them, whatever others have."},
     {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
         "what one participant may have of each limit, under all its names; the rest stays free for others",
-        "Of max_clients, max_bodies, max_shapes, max_subscriptions, max_geometries and max_waiting. Who comes over DDS "
-        "is "
+        "Of max_clients, max_bodies, max_shapes, max_subscriptions, max_geometries, max_soft_vertices and max_waiting. "
+        "Who comes over DDS is "
         "a participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
         "and all of LCM together, if there are other links. 100: nothing is kept free."},
     {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",
@@ -239,6 +242,10 @@ static const config_option OPTIONS[] = {
         "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",
         "The events are the same at any speed: ticks are given the recorded clock. SIGINT ends it after the tick that "
         "runs, and what came until then is compared."},
+    {"replay_pipe", CONFIG_TEXT, FIELD(replay_pipe), 0, 0, NULL, "", "descriptors",
+        "serve the replay to a client at the other end of this pipe, and do what standard input says",
+        "For collided-web --file, collidectl export and their like, which start this program with two socket pairs "
+        "(3,4). Commands and answers: daemon/service/replay_served.h. Needs replay; nothing is compared."},
     {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
         "replay at every accuracy side by side, and print what each costs and how far off it is",
         "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "

@@ -21,6 +21,7 @@ typedef struct config {
     char record_dir[CONFIG_TEXT_MAX];
     char runtime_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
+    char replay_pipe[CONFIG_TEXT_MAX];
     char log[16];
     char metrics_address[64];
     char metrics_hosts[CONFIG_TEXT_MAX];
@@ -35,6 +36,7 @@ typedef struct config {
     double margin, rate, budget_us, slice_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout,
         standby_lease;
     long max_clients, max_bodies, max_shapes, max_pairs, max_subscriptions, max_geometries, max_step_poses;
+    long max_soft_vertices;
     long max_client_bodies, max_client_shapes, max_client_subscriptions, max_client_geometry;
     long max_client_messages, max_client_poses, memory_limit;
     long share, max_client_work, max_query_work, max_waiting;

@@ -35,6 +35,7 @@ void health_register(service *s)
     s->count.messages_lost =
         metrics_add(m, "messages_lost", "messages that a transport lost on their way to this daemon, at least");
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
+    s->count.joints_beyond = metrics_add(m, "joints_beyond", "configurations of robots beyond their joints' limits");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
     s->count.batches_skipped =
@@ -138,6 +139,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "dropped_motions", (int64_t)f.dropped_motions);
     sheet_add(t, "coarse_motions", (int64_t)f.coarse_motions);
     sheet_add(t, "soft_bodies", (int64_t)f.soft_bodies);
+    sheet_add(t, "soft_vertices", (int64_t)f.soft_vertices);
     sheet_add(t, "soft_waiting", (int64_t)f.soft_waiting);
     sheet_add(t, "soft_steps", (int64_t)f.soft_steps);
     sheet_add(t, "frames_skipped", (int64_t)f.frames_skipped);

@@ -10,6 +10,8 @@
 #include "geometries.h"
 #include "service.h"
 #include "shares.h"
+#include "vertices.h"
+#include "wire/wire_model.h"
 
 #include <fcntl.h>
 #include <inttypes.h>
@@ -35,6 +37,7 @@ static const int64_t WATCH_BYTES = 1536;   /* a pair that one more subscriber is
 static const int64_t TRIANGLE_BYTES = 512; /* while a mesh is built; 240 when it is there */
 static const int64_t POINT_BYTES = 1024;   /* while a hull is built */
 static const int64_t SHAPE_BYTES = 2048, BODY_BYTES = 2048, NAMED_BYTES = 16384, POSE_BYTES = 256;
+static const int64_t VERTEX_BYTES = 1024; /* of a soft body: its places, boxes, and frames that wait */
 static const int64_t ANSWER_BYTES = 2 << 20;
 
 /* ---- what is granted ---- */
@@ -184,6 +187,7 @@ static int64_t need_of_geometry(const wire_geometry *m)
 {
     int64_t bytes = geometry_bytes(m->vertex_numbers, m->index_numbers);
     int64_t triangles = m->kind == WIRE_GEOMETRY_MESH           ? m->index_numbers / 3
+                        : m->kind == WIRE_GEOMETRY_SOFT         ? m->index_numbers / 3
                         : m->kind == WIRE_GEOMETRY_HEIGHT_FIELD ? 2 * (int64_t)m->vertex_numbers
                                                                 : 0;
     int64_t points = triangles ? 0 : m->vertex_numbers / 3;
@@ -200,7 +204,7 @@ static int64_t need_of_subscription(const service *s, const wire_subscription *m
 }
 
 /* 0: it makes nothing grow. *may_use_reserve: it is not to wait for those that announce. */
-static int64_t need_of(const service *s, const wire_message *m, bool *may_use_reserve)
+static int64_t need_of(service *s, const wire_message *m, bool *may_use_reserve)
 {
     *may_use_reserve = false;
     switch (m->kind) {
@@ -209,12 +213,20 @@ static int64_t need_of(const service *s, const wire_message *m, bool *may_use_re
     case WIRE_GEOMETRY:
         return m->geometry.removed ? 0 : need_of_geometry(&m->geometry);
     case WIRE_BODY:
-        return m->body.removed ? 0 : BODY_BYTES + SHAPE_BYTES * m->body.shape_types.count + (int64_t)wire_lcm_size(m);
+        return m->body.removed ? 0
+                               : BODY_BYTES + SHAPE_BYTES * m->body.shape_types.count + (int64_t)wire_lcm_size(m) +
+                                     VERTEX_BYTES * (int64_t)vertices_of_body(s, &m->body);
+    case WIRE_VERTEX_BATCH: /* a frame replaces another one, or waits: what its body may take has been counted, mostly
+                             */
+        *may_use_reserve = true;
+        return (int64_t)wire_lcm_size(m);
     case WIRE_SUBSCRIPTION:
         return m->subscription.removed ? 0 : need_of_subscription(s, &m->subscription);
     case WIRE_POSE_BATCH: /* those of lock-step are kept until their step is complete */
         *may_use_reserve = true;
-        return m->pose_batch.step ? POSE_BYTES * m->pose_batch.bodies.count : 0;
+        return m->pose_batch.step ? POSE_BYTES * (int64_t)(m->pose_batch.bodies.count +
+                                                           wire_joints_poses_most(m->pose_batch.extensions))
+                                  : 0;
     case WIRE_QUERY:
         *may_use_reserve = true;
         return ANSWER_BYTES;

@@ -64,6 +64,7 @@ static const single SINGLES[] = {
     {"clients", "clients that are known", true},
     {"bodies", "bodies in the world", true},
     {"soft_bodies", "soft bodies in the world", true},
+    {"soft_vertices", "vertices of all soft bodies, each counted for 2048 at least", true},
     {"soft_waiting", "soft bodies whose newest frame waits for its step", true},
     {"soft_steps", "steps of soft bodies that were found out", false},
     {"soft_unfinished", "steps of soft bodies that took more work than a step may: unknown, never free", false},

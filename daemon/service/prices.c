@@ -3,11 +3,13 @@
  * charged the difference, and what a price does not foresee is bounded where it is done. Pure. */
 #include "shares.h"
 
+#include "wire/wire_model.h"
+
 static const double A_SUBSCRIPTION = 40; /* its stream is memory that the system has yet to find, and a writer */
 static const double COMMAND = 2, A_BODY = 5, A_SHAPE = 2, A_CHILD = 10, A_RULE = 0.2; /* each */
 static const double A_MATCH = 0.002;  /* a rule, or a pattern of a subscription, and a body */
 static const double A_NUMBER = 0.012; /* of a geometry: copied into memory that the system has yet to find */
-static const double A_POSE = 0.1;
+static const double A_POSE = 0.1, A_VERTEX = 0.005;              /* a number of a vertex: checked, and copied */
 static const double A_POINT = 2, A_TRIANGLE = 1.5, A_HEIGHT = 4; /* of what is built: hull, mesh, height field */
 static const double A_QUERY = 20, A_BODY_NAMED = 0.05, A_BODY_LOOKED_THROUGH = 0.02, A_HIT = 1;
 static const double AN_OCTET_CHECKED = 0.05; /* of configurations */
@@ -56,7 +58,12 @@ price price_of(const wire_message *m, size_t bodies)
     case WIRE_QUERY:
         return of_query(&m->query, (double)bodies);
     case WIRE_POSE_BATCH: /* poses have rates of their own */
-        return (price){COMMAND + A_POSE * m->pose_batch.bodies.count, 0};
+        return (price){
+            COMMAND + A_POSE * (double)(m->pose_batch.bodies.count + wire_joints_poses_most(m->pose_batch.extensions)),
+            0};
+    case WIRE_VERTEX_BATCH: /* what its body has of vertices is added (shares.c) */
+        return (price){COMMAND + A_VERTEX * (m->vertex_batch.vertices.count + m->vertex_batch.extensions.count / 4.0),
+            COMMAND + A_VERTEX * (m->vertex_batch.vertices.count + m->vertex_batch.extensions.count / 4.0)};
     default:
         return (price){COMMAND, COMMAND};
     }

@@ -240,10 +240,10 @@ bool record_may_end(const service *s, int64_t client, char *why, size_t why_size
 void record_stop(service *s)
 {
     if (!s->recording_to) return;
-    char path[2 * CONFIG_TEXT_MAX];
-    snprintf(path, sizeof path, "%s", record_file_path(s->recording_to));
     check_file(s);
     if (!s->recording_to) return;
+    char path[2 * CONFIG_TEXT_MAX];
+    snprintf(path, sizeof path, "%s", record_file_path(s->recording_to));
     let_go_of_recording(s);
     log_notice("recording to %s ended", path);
     close_ended(s, HERE_MS);

@@ -49,7 +49,8 @@ struct record_file {
     size_t asked_bytes; /* of room; 0: for none, or it is there, ... */
     bytes_out room;     /* ... here */
     /* the tick thread's */
-    bytes_out tick; /* what the tick that is on has said */
+    bytes_out tick;       /* what the tick that is on has said */
+    char seen[PATH_ROOM]; /* `path`, as it was when this thread looked last */
     /* the thread's */
     record_terms terms;
     char asked[PATH_ROOM]; /* terms.path */
@@ -393,6 +394,7 @@ record_file *record_file_begin(const record_terms *terms)
     f->option = "";
     snprintf(f->asked, sizeof f->asked, "%s", terms->path);
     memcpy(f->path, f->asked, sizeof f->path);
+    memcpy(f->seen, f->asked, sizeof f->seen);
     f->terms.path = f->asked;
     pthread_mutex_init(&f->lock, NULL);
     make_condition(&f->came);
@@ -420,13 +422,14 @@ record_file_stand record_file_look(record_file *f, int wait_ms)
     while (f->stand == RECORD_FILE_OPENING && wait_gone(f, wait_ms, since_ns)) {
     }
     record_file_stand stand = f->stand;
+    memcpy(f->seen, f->path, sizeof f->seen);
     pthread_mutex_unlock(&f->lock);
     return stand;
 }
 
 const char *record_file_path(const record_file *f)
 {
-    return f->path;
+    return f->seen;
 }
 
 const char *record_file_why(const record_file *f, const char **option)

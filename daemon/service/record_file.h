@@ -34,7 +34,7 @@ typedef enum record_file_stand {
 record_file *record_file_begin(const record_terms *terms);
 /* How it stands; while it is being made, waits up to `wait_ms` for that (< 0: for as long as it takes). */
 record_file_stand record_file_look(record_file *f, int wait_ms);
-/* Valid when it is open, or has ended; the name it was given until then. */
+/* Of the file, when it was open or had ended as record_file_look looked last; the name it was given until then. */
 const char *record_file_path(const record_file *f);
 /* When it has ended: one line, and the option whose limit was reached, or "" if the disk refused. */
 const char *record_file_why(const record_file *f, const char **option);

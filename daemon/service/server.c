@@ -13,10 +13,12 @@
 #include "link/link_open.h"
 #include "link/wake.h"
 #include "memory.h"
+#include "models.h"
 #include "notify.h"
 #include "privileges.h"
 #include "recordings.h"
 #include "replay.h"
+#include "replay_served.h"
 #include "service.h"
 #include "shares.h"
 #include "sheet.h"
@@ -221,6 +223,9 @@ static int open_links(server *v, char *why, size_t why_size)
         for (char *uri = strtok_r(list, " ,", &rest); uri; uri = strtok_r(NULL, " ,", &rest))
             if (link_announces(uri) == announced && open_link(v, uri, why, why_size) != 0) return -1;
     }
+    char observer[CONFIG_TEXT_MAX + 16];
+    snprintf(observer, sizeof observer, "pipe://%s", s->config.replay_pipe);
+    if (s->replaying && *s->config.replay_pipe && open_link(v, observer, why, why_size) != 0) return -1;
     if (s->link_count) return 0;
     snprintf(why, why_size, "links: none; allowed are dds://DOMAIN and lcm://...");
     return -1;
@@ -384,6 +389,7 @@ void server_destroy(server *v)
     array_free(&s->compounds);
     array_free(&s->rules);
     poses_free(s);
+    models_free(s);
     free(s->part);
     exporter_stop(s->exporter);
     array_free(&s->page);
@@ -727,6 +733,7 @@ static void begin(server *v)
 int server_run(server *v)
 {
     link_sink sink = sink_of(&v->s);
+    if (v->s.replaying && *v->s.config.replay_pipe) return replay_serve(&v->s, &sink, &v->stop);
     if (v->s.replaying) return replay_run(&v->s, &sink, &v->stop);
     pthread_mutex_lock(&v->lock);
     begin(v);

@@ -42,7 +42,8 @@ enum { LINKS_MAX = 8 };
 typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
-    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
+    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *joints_beyond,
+        *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns,
         *round_longest_ns, *round_most_cpu_ns;
     metric *ticks_on_arrival, *unheard, *messages_lost;
@@ -163,6 +164,8 @@ typedef struct service {
     inbox inbox;
     vertex_state vertices;
     posing posing;
+    expanded_poses expanded;
+    int64_t joints_report_ns;  /* when one beyond its limits may be logged again, monotonic */
     bool stepped;              /* since the last tick: its streams are told of the step */
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;

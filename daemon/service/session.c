@@ -2,6 +2,7 @@
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
+#include "models.h"
 #include "service.h"
 #include "streams.h"
 #include "vertices.h"
@@ -138,6 +139,12 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
 {
     c->body_count += (size_t)(world_id != WORLD_NONE) - (size_t)(b->world_id != WORLD_NONE);
     c->shape_count += shapes - b->shapes;
+    if (world_id == WORLD_NONE) {
+        model_destroy(b->model);
+        b->model = NULL;
+    }
+    c->soft_vertices -= b->soft;
+    b->soft = 0;
     b->world_id = c->rows.world_ids.at[b - c->bodies.at] = world_id;
     b->shapes = (uint32_t)shapes;
 }
@@ -216,7 +223,10 @@ static void end_subscriptions(service *s, session *c, uint8_t cause)
 
 static void free_session(session *c)
 {
-    for (size_t i = 0; i < c->bodies.count; i++) array_free(&c->bodies.at[i].geometries);
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        array_free(&c->bodies.at[i].geometries);
+        model_destroy(c->bodies.at[i].model);
+    }
     array_free_long(&c->bodies);
     array_free_long(&c->rows.numbers);
     array_free_long(&c->rows.world_ids);

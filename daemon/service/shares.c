@@ -6,7 +6,9 @@
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
+#include "models.h"
 #include "standby.h"
+#include "vertices.h"
 
 #include <limits.h>
 #include <math.h>
@@ -29,7 +31,7 @@ enum {
 };
 static const char OPERATOR[] = "collidectl";
 
-typedef enum goods { CLIENTS, BODIES, SHAPES, SUBSCRIPTIONS, GEOMETRIES, GEOMETRY_BYTES, GOODS } goods;
+typedef enum goods { CLIENTS, BODIES, SHAPES, SUBSCRIPTIONS, GEOMETRIES, SOFT_VERTICES, GEOMETRY_BYTES, GOODS } goods;
 
 typedef struct held {
     struct link *link;
@@ -237,9 +239,9 @@ static purse *payer_of(service *s, const struct link *from, int64_t origin, cons
 /* What things take when they are there, about: as in memory.c; of a mesh ten times what is sent. */
 static int64_t bytes_of_holdings(const purse *p)
 {
-    enum { A_BODY = 2048, A_SHAPE = 2048, AN_SUBSCRIPTION = 16384, A_BYTE_OF_GEOMETRY = 10 };
+    enum { A_BODY = 2048, A_SHAPE = 2048, AN_SUBSCRIPTION = 16384, A_BYTE_OF_GEOMETRY = 10, A_VERTEX = 1024 };
     return (int64_t)(p->has[BODIES] * A_BODY + p->has[SHAPES] * A_SHAPE + p->has[SUBSCRIPTIONS] * AN_SUBSCRIPTION +
-                     p->has[GEOMETRY_BYTES] * A_BYTE_OF_GEOMETRY);
+                     p->has[SOFT_VERTICES] * A_VERTEX + p->has[GEOMETRY_BYTES] * A_BYTE_OF_GEOMETRY);
 }
 
 int64_t shares_bytes(const service *s, const struct link *from, const wire_message *m)
@@ -292,24 +294,38 @@ static double looked_through_us(service *s, const wire_message *m)
     return looks ? AN_OBJECT * (double)(c->bodies.count + c->subscriptions.count) : 0;
 }
 
+/* A frame is all vertices of its body, whichever it names; of a frame in parts each pays for its own. */
+static double frame_us(service *s, const wire_message *m)
+{
+    static const double A_VERTEX_KEPT = 0.02;
+    if (m->kind != WIRE_VERTEX_BATCH) return 0;
+    wire_soft_frame f;
+    const session *c = session_find(s, m->vertex_batch.client);
+    const owned_body *b = c ? session_body((session *)c, m->vertex_batch.body) : NULL;
+    size_t all = b && b->world_id != WORLD_NONE ? world_soft_vertices(s->world, b->world_id) : 0;
+    bool read = wire_soft_read_frame(&m->vertex_batch, &f);
+    return read && all ? A_VERTEX_KEPT * ((double)all / f.parts + f.vertices) : 0;
+}
+
 static price price_for(service *s, const purse *p, const wire_message *m)
 {
     price cost = price_of(m, s->shares->bodies);
     bool command = m->kind != WIRE_QUERY && m->kind != WIRE_POSE_BATCH;
     double factor = m->kind == WIRE_QUERY ? p->factor : 1, slower = command ? s->shares->dear : 1,
-           more = looked_through_us(s, m);
+           more = looked_through_us(s, m) + frame_us(s, m);
     return (price){factor * slower * cost.in_tick + more, factor * cost.in_all + more};
 }
 
 /* ---- what a purse has ---- */
 
-static const char *const names[GOODS] = {"clients", "bodies", "shapes", "subscriptions", "geometries", "geometry"};
+static const char *const names[GOODS] = {
+    "clients", "bodies", "shapes", "subscriptions", "geometries", "soft_vertices", "geometry"};
 
 static long most_of_world(const service *s, goods g)
 {
     const config *c = &s->config;
-    const long most[GOODS] = {
-        c->max_clients, c->max_bodies, c->max_shapes, c->max_subscriptions, c->max_geometries, LONG_MAX};
+    const long most[GOODS] = {c->max_clients, c->max_bodies, c->max_shapes, c->max_subscriptions, c->max_geometries,
+        c->max_soft_vertices, LONG_MAX};
     return most[g];
 }
 
@@ -317,7 +333,7 @@ static long most_of_world(const service *s, goods g)
 static long most_of_one(const service *s, goods g)
 {
     const config *c = &s->config;
-    const long most[GOODS] = {0, c->max_client_bodies, c->max_client_shapes, c->max_client_subscriptions, 0,
+    const long most[GOODS] = {0, c->max_client_bodies, c->max_client_shapes, c->max_client_subscriptions, 0, 0,
         c->max_client_geometry * (1L << 20)};
     return most[g];
 }
@@ -384,9 +400,12 @@ static bool admit_body(service *s, purse *p, session *c, const wire_message *m, 
     if (had && b->sequence <= had->sequence) return true; /* a late copy changes nothing */
     (void)came(s, key, &now);
     uint32_t had_shapes = now.is ? now.size : 0, shapes = b->removed ? 0 : b->shape_types.count;
+    size_t soft = vertices_of_body(s, b), had_soft = had && now.is ? had->soft : 0;
     bool fits = may_have(s, p, BODIES, !now.is && !b->removed, why) &&
-                may_have(s, p, SHAPES, shapes > had_shapes ? shapes - had_shapes : 0, why);
+                may_have(s, p, SHAPES, shapes > had_shapes ? shapes - had_shapes : 0, why) &&
+                may_have(s, p, SOFT_VERTICES, soft > had_soft ? soft - had_soft : 0, why);
     if (!fits) return false;
+    give(p, SOFT_VERTICES, soft, had_soft);
     give(p, BODIES, !now.is && !b->removed, now.is && b->removed);
     give(p, SHAPES, shapes, had_shapes);
     comes(s, key, (there){!b->removed, shapes});
@@ -469,8 +488,8 @@ static bool admit(service *s, purse *p, const struct link *from, const wire_mess
 
 static void count_session(service *s, const session *c)
 {
-    const size_t has[GOODS] = {
-        1, c->body_count, c->shape_count, c->subscription_count, c->geometry_count, (size_t)c->geometry_bytes};
+    const size_t has[GOODS] = {1, c->body_count, c->shape_count, c->subscription_count, c->geometry_count,
+        c->soft_vertices, (size_t)c->geometry_bytes};
     purse *own = purse_of(s, c->link, c->origin, c->client);
     for (purse *p = own; p; p = p->parent)
         for (int g = 0; g < GOODS; g++) p->has[g] += has[g];
@@ -785,7 +804,7 @@ static bool is_known(service *s, const wire_message *m)
     bool known = c != NULL;
     for (uint32_t i = 0; known && i < m->pose_batch.bodies.count; i++)
         known = session_body(c, m->pose_batch.bodies.at[i]) != NULL;
-    return known;
+    return known && models_are_known(c, &m->pose_batch);
 }
 
 static bool must_wait(service *s, purse *p, const wire_message *m)

@@ -4,6 +4,7 @@
 
 #include "clients.h"
 #include "commands.h"
+#include "geometries.h"
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -20,6 +21,19 @@ __attribute__((format(printf, 3, 4))) static wire_reason refuse_frame(
     vsnprintf(why->text, sizeof why->text, format, args);
     va_end(args);
     return reason;
+}
+
+size_t vertices_weight(size_t vertices)
+{
+    enum { LEAST = WORLD_SOFT_LEAST };
+    return vertices > LEAST ? vertices : LEAST;
+}
+
+size_t vertices_of_body(service *s, const wire_body *b)
+{
+    if (b->removed || b->shape_types.count != 1 || b->shape_types.at[0] != WIRE_SHAPE_SOFT) return 0;
+    const geometry *g = geometry_at(s, geometry_claimed(s, b->client, b->shape_geometries.at[0]));
+    return vertices_weight(g && g->vertex_numbers > WIRE_SOFT_HEAD ? (g->vertex_numbers - WIRE_SOFT_HEAD) / 3 : 0);
 }
 
 static void free_parts(frame_parts *f)
@@ -89,9 +103,28 @@ static void note_stamps(service *s, session *c, const frame_parts *f)
     if (f->step) poses_note_step(s, c, f->step);
 }
 
+/* Of frames that wait for a step a body has so many, and vertices for so many whole ones. */
+static bool may_hold(const service *s, const session *c, const frame_parts *f)
+{
+    enum { FRAMES_MOST = 64, WHOLE_MOST = 2 };
+    const owned_body *b = session_body((session *)c, f->body);
+    size_t frames = 0, vertices = f->vertices.count, all = b ? world_soft_vertices(s->world, b->world_id) : 0;
+    for (size_t i = 0; i < s->vertices.held.count; i++) {
+        const frame_parts *h = &s->vertices.held.at[i];
+        if (h->client != f->client || h->body != f->body) continue;
+        frames++;
+        vertices += h->vertices.count;
+    }
+    return frames < FRAMES_MOST && vertices <= WHOLE_MOST * all;
+}
+
 static wire_reason whole(service *s, session *c, frame_parts *f, wire_refusal *why)
 {
     if (c->lock_step > 0 && f->step > s->lock_step.done && f->mode != WORLD_FRAME_PROPOSES) {
+        if (!may_hold(s, c, f))
+            return refuse_frame(why, WIRE_LIMIT,
+                "frame %" PRId64 ": frames of the body with two times its vertices, or 64, wait for their step already",
+                f->frame);
         array_push(&s->vertices.held, *f);
         *f = (frame_parts){.client = 0};
         return WIRE_OK;

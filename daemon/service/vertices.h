@@ -5,6 +5,12 @@
 
 #include "service.h"
 
+/* What a soft body counts for in limits: each costs something, however few vertices it has. */
+size_t vertices_weight(size_t vertices);
+/* Of one that is announced: as far as its geometry is known, which is looked at again when it is put. 0: it is rigid.
+ */
+size_t vertices_of_body(service *s, const wire_body *b);
+
 /* Part of a frame has come: with its last one the whole goes to the world, or of a client in lock-step waits for the
  * step. */
 wire_reason vertices_put(service *s, session *c, const wire_vertex_batch *m, wire_refusal *why);

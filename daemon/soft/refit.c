@@ -1,5 +1,5 @@
 /* refit: the boxes of a body's vertices, features, clusters and nodes, from its positions at the start of a way and at
- * a share of it. All workers, each its own vertices and clusters; the tree by the caller's thread.
+ * a share of it, in portions. All workers, each its own vertices and clusters; the tree by the caller's thread.
  *
  * Rounding, u = 2^-53. A coordinate relative to the origin is off by u of itself, one at a share of the way by 4 u of
  * the greater of both ends: the margin grows by 2^-48 of the greatest. Turning to a float and taking the margin off are
@@ -11,6 +11,7 @@ typedef struct refit {
     soft_body *body;
     vec3 origin;
     double margin, share;
+    size_t from;
 } refit;
 
 static inline float rounded_down(double x)
@@ -34,7 +35,7 @@ static void refit_vertices(void *context, size_t begin, size_t end, unsigned wor
 {
     (void)worker;
     const refit *r = context;
-    for (size_t i = begin; i < end; i++) {
+    for (size_t i = r->from + begin; i < r->from + end; i++) {
         const soft_way *w = &r->body->ways[i];
         vec3 s = vec_sub(w->start, r->origin), e = vec_sub(w->end, r->origin);
         soft_box box = {0};
@@ -82,28 +83,44 @@ static soft_box refit_cluster(soft_body *b, const soft_cluster *c)
 static void refit_leaves(void *context, size_t begin, size_t end, unsigned worker)
 {
     (void)worker;
-    soft_body *b = ((const refit *)context)->body;
-    for (size_t i = begin; i < end; i++)
+    const refit *r = context;
+    soft_body *b = r->body;
+    for (size_t i = r->from + begin; i < r->from + end; i++)
         if (b->mesh->nodes[i].left == SOFT_NONE)
             b->node_boxes[i] = refit_cluster(b, &b->mesh->clusters[b->mesh->nodes[i].right]);
 }
 
-void soft_refit(soft_body *b, vec3 origin, double margin, double share, workers *pool)
+/* Children come after their parent: from the last node to the first. */
+static void refit_nodes(soft_body *b, size_t from, size_t count)
 {
-    enum { VERTICES_A_CHUNK = 4096, NODES_A_CHUNK = 256 };
     const soft_mesh *m = b->mesh;
-    refit r = {.body = b, .origin = origin, .margin = margin * (1 + 0x1p-40), .share = share};
-    if (pool) {
-        workers_run(pool, m->vertex_count, VERTICES_A_CHUNK, refit_vertices, &r);
-        workers_run(pool, m->node_count, NODES_A_CHUNK, refit_leaves, &r);
-    } else {
-        refit_vertices(&r, 0, m->vertex_count, 0);
-        refit_leaves(&r, 0, m->node_count, 0);
-    }
-    for (size_t i = m->node_count; i-- > 0;) {
+    for (size_t i = m->node_count - from; i-- > m->node_count - from - count;) {
         const soft_node *n = &m->nodes[i];
         if (n->left != SOFT_NONE) b->node_boxes[i] = common(b->node_boxes[n->left], &b->node_boxes[n->right]);
     }
+}
+
+uint64_t soft_refit(soft_body *b, soft_refitting *to, workers *pool)
+{
+    static const struct {
+        size_t most, chunk;
+        double units; /* each */
+        workers_function *function;
+    } STAGES[] = {{1 << 17, 4096, 1, refit_vertices}, {1 << 12, 256, 40, refit_leaves}, {1 << 16, 0, 1, NULL}};
+    const size_t all[] = {b->mesh->vertex_count, b->mesh->node_count, b->mesh->node_count};
+    size_t left = all[to->stage] - to->from, count = left < STAGES[to->stage].most ? left : STAGES[to->stage].most;
+    refit r = {
+        .body = b, .origin = to->origin, .margin = to->margin * (1 + 0x1p-40), .share = to->share, .from = to->from};
+    uint64_t units = (uint64_t)(STAGES[to->stage].units * (double)count);
+    if (to->stage == SOFT_REFIT_NODES)
+        refit_nodes(b, to->from, count);
+    else if (pool)
+        workers_run(pool, count, STAGES[to->stage].chunk, STAGES[to->stage].function, &r);
+    else
+        STAGES[to->stage].function(&r, 0, count, 0);
+    to->from += count;
+    if (count == left) to->stage++, to->from = 0;
+    return units;
 }
 
 bool soft_features_apart(const soft_body *first, const soft_body *second, const soft_candidate *c, soft_kind kind)

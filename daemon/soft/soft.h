@@ -171,8 +171,9 @@ size_t soft_step_bytes(const soft_step *s);
  * stay, and are not set, until the step is done or begins anew. */
 soft_status soft_step_begin(soft_step *s, const soft_step_def *def);
 
-/* Goes on for about so many units of work (a unit is some 10 ns; 0 = to the end), a few 100,000 more at most:
- * SOFT_MORE, or SOFT_OK when all is decided. Where it stops depends on counts alone. */
+/* Goes on for about so many units of work (a unit is some 10 ns; 0 = to the end): SOFT_MORE, or SOFT_OK when all is
+ * decided. It stops between portions of some milliseconds, 10 at most where all features meet; where, depends on counts
+ * alone. The last one sorts the contacts that are kept: 131,072 of them take some 10 ms. */
 soft_status soft_step_run(soft_step *s, uint64_t units);
 
 /* What is known by now; while soft_step_run says SOFT_MORE these are only some, and the safe step is 0. */

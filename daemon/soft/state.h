@@ -79,8 +79,22 @@ void soft_mesh_cluster(soft_mesh *m, const vec3 *rest, uint32_t (*triangle_edges
 
 /* ---- refit.c ---- */
 
-/* The boxes of a body relative to `origin`, every box wider by `margin` (m), from the start to `share` of the way. */
-void soft_refit(soft_body *b, vec3 origin, double margin, double share, workers *pool);
+typedef enum soft_refit_stage {
+    SOFT_REFIT_VERTICES,
+    SOFT_REFIT_LEAVES,
+    SOFT_REFIT_NODES,
+    SOFT_REFIT_DONE
+} soft_refit_stage;
+
+typedef struct soft_refitting { /* the boxes relative to `origin`, each wider by `margin`, to `share` of the way */
+    vec3 origin;
+    double margin, share; /* m, and of 1 */
+    soft_refit_stage stage;
+    size_t from; /* of what the stage goes through */
+} soft_refitting;
+
+/* A portion of a body's boxes, of a millisecond or two; returns what it took, in units of soft_step_run. */
+uint64_t soft_refit(soft_body *b, soft_refitting *r, workers *pool);
 
 /* ---- leaves.c ---- */
 

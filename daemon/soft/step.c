@@ -1,8 +1,10 @@
-/* step: from the ways of bodies to contacts and the safe step, in rounds. The caller's thread descends the trees, two
- * nodes at a time, until a round of leaf pairs is together; the workers look at these: candidates (leaves.c), those
- * that a direction proves free (sift.c) or a flat star (stars.c), and the elementary tests; the caller takes in what
- * they found. How long a round is, what it costs and when the step stops follow from counts, and all that is found in a
- * round is put in order before it is told: so nothing depends on who did what.
+/* step: from the ways of bodies to contacts and the safe step, in portions of some milliseconds at most, whatever the
+ * input. First the boxes are made (refit.c). Then, round by round: the caller's thread descends the trees, two nodes at
+ * a time, until a round of leaf pairs is together; the workers look at these for candidates (leaves.c) and leave out
+ * those that a direction proves free (sift.c) or a flat star (stars.c). What is left waits in lists, one a chunk of
+ * leaf pairs, and is asked of the elementary tests, so many at a time. Where a portion ends, what it costs and when the
+ * step stops follow from counts, and all that is found is put in order before it is told: so nothing depends on who did
+ * what.
  *
  * Where the safe step is all that is wanted, only what comes before the earliest contact of the rounds before is looked
  * for, and the boxes are made anew for the shorter way whenever it has halved. */
@@ -18,15 +20,19 @@
 #include <string.h>
 
 enum {
-    ROUND_FIRST = 64,  /* leaf pairs: few at first, so that the way is soon shorter */
-    ROUND_MOST = 1024, /* some 3 ms; of crumpled noise 850 contacts each, 20 MB a round */
+    ROUND_FIRST = 32, /* leaf pairs: few at first, so that the way is soon shorter */
+    ROUND_MOST = 128, /* of crumpled noise up to 1,500 candidates each: 6 MB, and some 10 ms */
     ROUND_NODES = 1 << 16,
-    CHUNK = 16,
+    CHUNK = 16, /* leaf pairs whose candidates stand in one list */
+    CHUNKS = ROUND_MOST / CHUNK,
+    TESTS_MOST = 4096, /* of a portion: some 6 ms, if all of them meet */
+    TESTS_A_CHUNK = 64,
     UNITS_LEAF_PAIR = 20, /* of some 10 ns */
     UNITS_CANDIDATE = 3,
     UNITS_TEST = 20,
+    UNITS_CONTACT = 8, /* to be put in order */
     UNITS_TEST_STEP = 10,
-    SPARE_CONTACTS = 1 << 16, /* beyond those that are kept, before they are sorted and cut */
+    SPARE_CONTACTS = 1 << 15, /* beyond those that are kept, before they are sorted and cut */
 };
 
 #define HI_UNKNOWN 2.0
@@ -41,8 +47,15 @@ typedef struct earliest { /* the contact with the least t_lo; of equals the firs
     bool any;
 } earliest;
 
+typedef struct open_candidate { /* that neither a direction nor a star proves free */
+    soft_candidate candidate;
+    soft_kind kind;
+} open_candidate;
+typedef ARRAY(open_candidate) open_candidates;
+
 typedef struct one_worker {
     soft_lists lists;
+    open_candidates *open; /* of the chunk that it looks at */
     soft_contacts found;
     soft_tally tally;
     soft_work work;
@@ -64,8 +77,14 @@ struct soft_step {
         size_t capacity;
     } stars;
     vec3 origin;
-    double share;       /* of the way, which the boxes span */
-    size_t round, pair; /* the pair that is looked at, or pair_count */
+    double share; /* of the way, which the boxes span */
+    soft_refitting refitting;
+    size_t refitted;              /* bodies whose boxes span that */
+    uint64_t others;              /* units that boxes, and contacts that are cut off, have taken */
+    size_t round, pair;           /* the pair that is looked at, or pair_count */
+    open_candidates open[CHUNKS]; /* by chunk of the round's leaf pairs */
+    size_t open_first[CHUNKS + 1], tested;
+    bool looked; /* for the candidates of this round */
     soft_terms terms;
     elementary_terms ask;
     bool stars_apply; /* to a body with itself, at separation 0 */
@@ -89,6 +108,7 @@ void soft_step_destroy(soft_step *s)
 {
     if (!s) return;
     for (unsigned i = 0; i < s->worker_count; i++) array_free(&s->workers[i].found);
+    for (size_t i = 0; i < CHUNKS; i++) array_free(&s->open[i]);
     free(s->workers), free(s->stars.at);
     array_free(&s->bodies), array_free(&s->pairs), array_free(&s->tallies), array_free(&s->stars_first);
     array_free(&s->stack), array_free(&s->leaves), array_free(&s->contacts), array_free(&s->scratch);
@@ -101,6 +121,7 @@ size_t soft_step_bytes(const soft_step *s)
     for (unsigned i = 0; i < s->worker_count; i++) bytes += s->workers[i].found.capacity * sizeof(soft_contact);
     bytes += s->bodies.capacity * sizeof *s->bodies.at + s->pairs.capacity * sizeof *s->pairs.at;
     bytes += s->tallies.capacity * sizeof *s->tallies.at + s->stars_first.capacity * sizeof *s->stars_first.at;
+    for (size_t i = 0; i < CHUNKS; i++) bytes += s->open[i].capacity * sizeof(open_candidate);
     bytes += s->stars.capacity + (s->stack.capacity + s->leaves.capacity) * sizeof(node_pair);
     return bytes + (s->contacts.capacity + s->scratch.capacity) * sizeof(soft_contact);
 }
@@ -171,7 +192,7 @@ static bool left_out_layer_proves(const soft_step *s, const soft_candidate *c, s
            soft_in_flat_star(a->mesh, a->ways, c, kind, stars_of(s));
 }
 
-static void test(one_worker *w, const soft_candidate *c, soft_kind kind)
+static void test_one(one_worker *w, const soft_candidate *c, soft_kind kind)
 {
     const soft_step *s = w->step;
     const soft_way *a = s->terms.a->ways, *b = s->terms.b->ways;
@@ -189,7 +210,8 @@ static void test(one_worker *w, const soft_candidate *c, soft_kind kind)
     tell(w, c, kind, &r);
 }
 
-static void settle(soft_lists *lists, soft_kind kind, void *context)
+/* What no direction and no star proves free is put on the list of the chunk. */
+static void sift_list(soft_lists *lists, soft_kind kind, void *context)
 {
     one_worker *w = context;
     const soft_step *s = w->step;
@@ -208,7 +230,7 @@ static void settle(soft_lists *lists, soft_kind kind, void *context)
         if (stars && soft_in_flat_star(s->terms.a->mesh, a, &list[i], kind, stars))
             w->work.by_star++;
         else
-            test(w, &list[i], kind);
+            array_push(w->open, ((open_candidate){list[i], kind}));
     }
 }
 
@@ -216,10 +238,26 @@ static void look_into(void *context, size_t begin, size_t end, unsigned worker)
 {
     soft_step *s = context;
     one_worker *w = &s->workers[worker];
-    for (size_t i = begin; i < end; i++)
-        soft_find_candidates(&s->terms, s->leaves.at[i].a, s->leaves.at[i].b, &w->lists);
-    for (int k = 0; k < SOFT_KINDS; k++)
-        if (w->lists.count[k]) settle(&w->lists, (soft_kind)k, w);
+    for (size_t chunk = begin; chunk < end; chunk++) {
+        size_t last = (chunk + 1) * CHUNK < s->leaves.count ? (chunk + 1) * CHUNK : s->leaves.count;
+        w->open = &s->open[chunk];
+        w->open->count = 0;
+        for (size_t i = chunk * CHUNK; i < last; i++)
+            soft_find_candidates(&s->terms, s->leaves.at[i].a, s->leaves.at[i].b, &w->lists);
+        for (int k = 0; k < SOFT_KINDS; k++)
+            if (w->lists.count[k]) sift_list(&w->lists, (soft_kind)k, w);
+    }
+}
+
+static void test_some(void *context, size_t begin, size_t end, unsigned worker)
+{
+    soft_step *s = context;
+    size_t chunk = 0;
+    for (size_t i = s->tested + begin; i < s->tested + end; i++) {
+        while (s->open_first[chunk + 1] <= i) chunk++;
+        const open_candidate *o = &s->open[chunk].at[i - s->open_first[chunk]];
+        test_one(&s->workers[worker], &o->candidate, o->kind);
+    }
 }
 
 /* ---- beginning ---- */
@@ -272,12 +310,23 @@ static void forget_stars(soft_step *s)
     for (size_t i = 0; i < vertices; i++) atomic_init(&s->stars.at[i], 0);
 }
 
-static void refit_all(soft_step *s)
+static void refit_anew(soft_step *s)
 {
-    for (size_t i = 0; i < s->bodies.count; i++) {
-        soft_body *b = s->bodies.at[i];
-        soft_refit(b, s->origin, b->half_thickness + 0.5 * s->def.separation, s->share, s->pool);
-    }
+    s->refitted = 0;
+    s->refitting = (soft_refitting){.from = 0};
+}
+
+/* A portion of it. */
+static void refit_some(soft_step *s)
+{
+    soft_body *b = s->bodies.at[s->refitted];
+    s->refitting.origin = s->origin;
+    s->refitting.margin = b->half_thickness + 0.5 * s->def.separation;
+    s->refitting.share = s->share;
+    s->others += soft_refit(b, &s->refitting, s->pool);
+    if (s->refitting.stage != SOFT_REFIT_DONE) return;
+    s->refitting = (soft_refitting){.from = 0};
+    s->refitted++;
 }
 
 static vec3 middle_of(const soft_step *s)
@@ -305,7 +354,9 @@ soft_status soft_step_begin(soft_step *s, const soft_step_def *def)
 {
     soft_status status = check_step(def);
     s->contacts.count = s->stack.count = s->leaves.count = s->pairs.count = s->bodies.count = 0;
-    s->pair = s->round = 0;
+    s->pair = s->round = s->tested = s->others = 0;
+    memset(s->open_first, 0, sizeof s->open_first);
+    s->looked = false;
     s->work = (soft_work){0}, s->first = (earliest){0};
     s->share = 1;
     s->done = false;
@@ -314,10 +365,10 @@ soft_status soft_step_begin(soft_step *s, const soft_step_def *def)
     s->ask = (elementary_terms){.until = 1, .verdict = def->want == SOFT_VERDICTS};
     s->origin = middle_of(s);
     forget_stars(s);
-    refit_all(s);
+    refit_anew(s);
     for (unsigned i = 0; i < s->worker_count; i++) {
         one_worker *w = &s->workers[i];
-        w->step = s, w->lists.full = settle, w->lists.context = w;
+        w->step = s, w->lists.full = sift_list, w->lists.context = w;
         memset(w->lists.count, 0, sizeof w->lists.count);
     }
     begin_pair(s);
@@ -344,7 +395,7 @@ static void descend(soft_step *s, node_pair p)
 
 static void gather_leaves(soft_step *s)
 {
-    size_t most = s->round < 4 ? (size_t)ROUND_FIRST << s->round : ROUND_MOST, nodes = 0;
+    size_t most = s->round < 2 ? (size_t)ROUND_FIRST << s->round : ROUND_MOST, nodes = 0;
     bool boxes = !(s->def.without & SOFT_WITHOUT_HIERARCHY);
     s->leaves.count = 0;
     for (; s->stack.count && s->leaves.count < most && nodes < ROUND_NODES; nodes++) {
@@ -377,8 +428,18 @@ static void take_in(soft_step *s)
         take_earliest(&s->first, &w->first);
         w->found.count = 0, w->tally = (soft_tally){0}, w->work = (soft_work){0}, w->first = (earliest){0};
     }
-    if (s->contacts.count > s->def.contacts_max && s->contacts.count - s->def.contacts_max > SPARE_CONTACTS)
-        soft_contacts_keep(&s->contacts, &s->scratch, s->def.contacts_max);
+}
+
+/* Far more contacts than are kept: the last ones go. */
+static bool are_too_many(const soft_step *s)
+{
+    return s->contacts.count > s->def.contacts_max && s->contacts.count - s->def.contacts_max > SPARE_CONTACTS;
+}
+
+static void keep_contacts(soft_step *s)
+{
+    s->others += UNITS_CONTACT * s->contacts.count;
+    soft_contacts_keep(&s->contacts, &s->scratch, s->def.contacts_max);
 }
 
 /* What may be as early as the earliest is looked for still: of equals the first in canonical order is told. */
@@ -388,12 +449,13 @@ static void shorten(soft_step *s)
     s->ask.until = s->first.t_lo < 1 ? nextafter(s->first.t_lo, 1) : 1;
     if (!(s->ask.until < 0.5 * s->share)) return;
     s->share = s->ask.until;
-    refit_all(s);
+    refit_anew(s);
 }
 
-static uint64_t units_of(const soft_work *w)
+static uint64_t units_of(const soft_step *s)
 {
-    return w->node_pairs + UNITS_LEAF_PAIR * w->cluster_pairs + UNITS_CANDIDATE * w->candidates +
+    const soft_work *w = &s->work;
+    return s->others + w->node_pairs + UNITS_LEAF_PAIR * w->cluster_pairs + UNITS_CANDIDATE * w->candidates +
            UNITS_TEST * w->tests + UNITS_TEST_STEP * w->steps;
 }
 
@@ -404,14 +466,49 @@ static void count_left_out(soft_step *s)
     for (size_t i = 0; i < s->contacts.count; i++) s->tallies.at[s->contacts.at[i].pair].left_out--;
 }
 
-static void do_round(soft_step *s)
+static void spread(soft_step *s, size_t count, size_t chunk, workers_function *f)
+{
+    if (s->pool)
+        workers_run(s->pool, count, chunk, f, s);
+    else
+        f(s, 0, count, 0);
+}
+
+static void look_for_candidates(soft_step *s)
 {
     gather_leaves(s);
-    if (s->pool)
-        workers_run(s->pool, s->leaves.count, CHUNK, look_into, s);
-    else
-        look_into(s, 0, s->leaves.count, 0);
+    size_t chunks = (s->leaves.count + CHUNK - 1) / CHUNK;
+    spread(s, chunks, 1, look_into);
+    for (size_t i = 0; i < CHUNKS; i++) s->open_first[i + 1] = s->open_first[i] + (i < chunks ? s->open[i].count : 0);
+    s->tested = 0;
+}
+
+static void test_portion(soft_step *s)
+{
+    size_t left = s->open_first[CHUNKS] - s->tested, count = left < TESTS_MOST ? left : TESTS_MOST;
+    spread(s, count, TESTS_A_CHUNK, test_some);
+    s->tested += count;
+}
+
+static void do_portion(soft_step *s)
+{
+    if (s->refitted < s->bodies.count) {
+        refit_some(s);
+        return;
+    }
+    if (are_too_many(s)) {
+        keep_contacts(s);
+        return;
+    }
+    if (!s->looked) {
+        look_for_candidates(s);
+        s->looked = true;
+    } else {
+        test_portion(s);
+    }
     take_in(s);
+    if (s->tested < s->open_first[CHUNKS]) return;
+    s->looked = false;
     shorten(s);
     s->round++;
     if (s->stack.count == 0) {
@@ -422,13 +519,14 @@ static void do_round(soft_step *s)
 
 soft_status soft_step_run(soft_step *s, uint64_t units)
 {
-    uint64_t before = units_of(&s->work);
+    uint64_t before = units_of(s);
     while (s->pair < s->pairs.count) {
-        if (units && units_of(&s->work) - before >= units) return SOFT_MORE;
-        do_round(s);
+        if (units && units_of(s) - before >= units) return SOFT_MORE;
+        do_portion(s);
     }
     if (s->done) return SOFT_OK;
-    soft_contacts_keep(&s->contacts, &s->scratch, s->def.contacts_max);
+    if (units && units_of(s) - before >= units) return SOFT_MORE;
+    keep_contacts(s);
     count_left_out(s);
     s->done = true;
     return SOFT_OK;
@@ -454,7 +552,7 @@ soft_work soft_step_work(const soft_step *s)
 
 uint64_t soft_step_units(const soft_step *s)
 {
-    return units_of(&s->work);
+    return units_of(s);
 }
 
 void soft_step_safe(const soft_step *s, double *lo, double *hi)

@@ -54,6 +54,7 @@ void body_drop_shapes(world *w, body *b)
     for (size_t i = 0; i < b->shape_count; i++) {
         collider *s = &w->colliders.at[b->shapes[i]];
         s->ghost = true;
+        soft_rigid_forget(w, b->shapes[i]);
         w->dear -= slices_is_dear(s);
         w->figures.shapes -= s->shadow ? 0 : shapes_in(&s->shape);
         array_push(&w->ghost_colliders, b->shapes[i]);

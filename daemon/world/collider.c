@@ -122,6 +122,7 @@ static void settle_body(world *w, uint32_t id)
     body *b = &w->bodies.at[id];
     array_push(&w->awake, id);
     b->dirty = false;
+    if (b->changed_tick != w->figures.ticks) b->changed_before = b->changed_tick;
     b->changed_tick = w->figures.ticks;
     b->moved |= b->glided == w->round - 1;
     if (b->ghost || !b->used) return;

@@ -455,7 +455,11 @@ static __attribute__((noinline)) bool renew(world *w, pair *p)
 /* One that the budget left may have ended since, and its id may be another's. */
 uint64_t pair_activate(world *w, uint32_t id)
 {
-    enum { A_WISH = 20 }; /* to list a subscription that wants it, and to hold what is found against its terms */
+    enum {
+        A_WISH = 20, /* to list a subscription that wants it, and to hold what is found against its terms; ... */
+        A_SOFT_BEGIN = 4000, /* ... of a soft body, most often all of them are told that it begins, ... */
+        A_SOFT_NEWS = 800    /* ... or goes on elsewhere */
+    };
     pair *p = &w->pairs.at[id];
     if (!p->used || p->active_tick == w->figures.ticks) return 0;
     bool leaves = w->leaving.count && (w->colliders.at[p->a].ghost || w->colliders.at[p->b].ghost);
@@ -470,7 +474,8 @@ uint64_t pair_activate(world *w, uint32_t id)
     pair_set_active_tick(p, w->figures.ticks);
     array_push(&w->active_pairs, id);
     array_push(&w->active, pair_key(p->a, p->b));
-    return cheap_units(w, p) + A_WISH * (uint64_t)subscription_list(w, p).count;
+    uint64_t each = !pair_is_soft(w, p) ? A_WISH : p->first_watch == WORLD_NONE ? A_SOFT_BEGIN : A_SOFT_NEWS;
+    return cheap_units(w, p) + each * (uint64_t)subscription_list(w, p).count;
 }
 
 static void activate_lingering(world *w, uint32_t id)

@@ -579,7 +579,11 @@ void slices_take(world *w, uint64_t spent)
     uint32_t recent = WORLD_NONE;
     unpark(w);
     bool direct = !w->due && !broad_unsearched_count(w->broad);
-    for (size_t i = 0; i < w->fresh_now.count; i++) w->bodies.at[w->fresh_now.at[i]].changed_tick = w->figures.ticks;
+    for (size_t i = 0; i < w->fresh_now.count; i++) {
+        body *b = &w->bodies.at[w->fresh_now.at[i]];
+        if (b->changed_tick != w->figures.ticks) b->changed_before = b->changed_tick;
+        b->changed_tick = w->figures.ticks;
+    }
     bool at_once = direct && !w->figures.pairs_left_out && take_all_at_once(w, &spent);
     for (size_t i = 0; i < w->awake.count && !at_once; i++) {
         fetch_awake_ahead(w, i);

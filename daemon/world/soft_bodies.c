@@ -25,14 +25,19 @@ void soft_bodies_free(world *w)
     array_free(&w->soft->places);
 }
 
+aabb soft_box_of(const vec3 *at, size_t count)
+{
+    aabb b = {at[0], at[0]};
+    for (size_t i = 1; i < count; i++) b.lo = vec_min(b.lo, at[i]), b.hi = vec_max(b.hi, at[i]);
+    return b;
+}
+
 /* The box of its last way: what the broad phase and the search for partners go by. */
 void soft_measure(soft_place *p)
 {
-    vec3 lo = p->at[0], hi = p->at[0];
-    for (size_t i = 0; i < p->count; i++) {
-        lo = vec_min(lo, vec_min(p->at[i], p->from[i]));
-        hi = vec_max(hi, vec_max(p->at[i], p->from[i]));
-    }
+    aabb from = soft_box_of(p->from, p->count);
+    p->box = soft_box_of(p->at, p->count);
+    vec3 lo = vec_min(from.lo, p->box.lo), hi = vec_max(from.hi, p->box.hi);
     double by = p->half_thickness * (1 + 0x1p-50) + 0x1p-50 * fmax(vec_max_abs(lo), vec_max_abs(hi));
     p->span[0] = vec_sub(lo, vec(by, by, by));
     p->span[1] = vec_add(hi, vec(by, by, by));
@@ -56,6 +61,11 @@ soft_place *soft_place_create(world *w, uint32_t id, uint32_t collider_id, uint3
     return p;
 }
 
+static size_t weight_of_surface(const soft_place *p)
+{
+    return p->count > WORLD_SOFT_LEAST ? p->count : WORLD_SOFT_LEAST;
+}
+
 void soft_enter(world *w, uint32_t id, uint32_t collider_id, uint32_t shadow)
 {
     size_t place = 0;
@@ -63,6 +73,7 @@ void soft_enter(world *w, uint32_t id, uint32_t collider_id, uint32_t shadow)
     if (place == w->soft->places.count) array_push(&w->soft->places, NULL);
     w->soft->places.at[place] = soft_place_create(w, id, collider_id, shadow);
     w->soft->count++;
+    w->figures.soft_vertices += weight_of_surface(w->soft->places.at[place]);
     w->bodies.at[id].soft = (uint32_t)place + 1;
 }
 
@@ -75,6 +86,7 @@ void soft_leave(world *w, body *b)
     for (int i = 0; i < 2; i++) s[i]->shape.soft = NULL, s[i]->shape.span = NULL;
     w->soft->places.at[b->soft - 1] = NULL;
     w->soft->count--;
+    w->figures.soft_vertices -= weight_of_surface(p);
     b->soft = 0;
     drop_place(p);
 }
@@ -110,6 +122,7 @@ static soft_frame compose(const soft_place *p, const world_frame *f)
     for (size_t i = 0; i < f->range_count; i++)
         if (f->ranges[i].count)
             memcpy(made.at + f->ranges[i].first, f->ranges[i].at, f->ranges[i].count * sizeof *made.at);
+    made.box = soft_box_of(made.at, p->count);
     return made;
 }
 

@@ -10,10 +10,55 @@
 
 static bool waits(const world *w, const soft_result *r)
 {
-    if (r->proposed || w->colliders.at[r->a].ghost || w->colliders.at[r->b].ghost) return false;
+    if (r->proposed || r->only_told) return false;
     const body *x = &w->bodies.at[w->colliders.at[r->a].body], *y = &w->bodies.at[w->colliders.at[r->b].body];
     uint32_t pair = pair_find(w, r->a, r->b);
     return x->is_due || y->is_due || (pair != PAIR_MAP_NONE && pair_is_pending(w, &w->pairs.at[pair]));
+}
+
+static void note_newest(world *w, size_t i)
+{
+    soft_result *r = &w->soft->results.at[i];
+    uint32_t newest = pair_map_get(&w->soft->result_of, r->key);
+    r->older = newest == PAIR_MAP_NONE ? 0 : newest + 1;
+    pair_map_put(&w->soft->result_of, r->key, (uint32_t)i);
+}
+
+void soft_result_add(world *w, const soft_result *r)
+{
+    array_push(&w->soft->results, *r);
+    note_newest(w, w->soft->results.count - 1);
+    w->soft->indexed = true;
+}
+
+/* Of one pair they stand in the order of ticks. */
+static void index_results(world *w)
+{
+    if (!w->soft->results.count && !w->soft->indexed) return; /* nobody has been told anything */
+    w->soft->indexed = w->soft->results.count > 0;
+    pair_map_free(&w->soft->result_of);
+    pair_map_init(&w->soft->result_of);
+    for (size_t i = 0; i < w->soft->places.count; i++)
+        if (w->soft->places.at[i]) w->soft->places.at[i]->untold = false;
+    for (size_t i = 0; i < w->soft->results.count; i++) {
+        const soft_result *r = &w->soft->results.at[i];
+        note_newest(w, i);
+        for (int k = 0; k < 2 && !r->is_told; k++) {
+            soft_place *p = soft_place_of(w, &w->bodies.at[w->colliders.at[k ? r->b : r->a].body]);
+            if (p) p->untold = true;
+        }
+    }
+}
+
+static soft_result *newest_result(const world *w, uint64_t key)
+{
+    uint32_t i = w->soft->results.count ? pair_map_get(&w->soft->result_of, key) : PAIR_MAP_NONE;
+    return i == PAIR_MAP_NONE ? NULL : &w->soft->results.at[i];
+}
+
+static soft_result *older_than(const world *w, const soft_result *r)
+{
+    return r->older ? &w->soft->results.at[r->older - 1] : NULL;
 }
 
 /* A tick begins. */
@@ -22,7 +67,9 @@ void soft_results_clear(world *w)
     size_t kept = 0;
     for (size_t i = 0; i < w->soft->results.count; i++) {
         soft_result *r = &w->soft->results.at[i];
-        if (waits(w, r)) {
+        bool ghost = w->colliders.at[r->a].ghost || w->colliders.at[r->b].ghost, pair = !ghost && waits(w, r);
+        r->only_told = !pair;
+        if (pair || (!ghost && !r->is_told)) {
             w->soft->results.at[kept++] = *r;
             continue;
         }
@@ -31,12 +78,14 @@ void soft_results_clear(world *w)
     }
     w->soft->results.count = kept;
     w->soft->told.count = w->soft->batch.count = 0;
+    index_results(w);
 }
 
 void soft_results_free(world *w)
 {
     for (size_t i = 0; i < w->soft->results.count; i++)
         free(w->soft->results.at[i].contacts), free(w->soft->results.at[i].touches);
+    pair_map_free(&w->soft->result_of);
     array_free(&w->soft->results), array_free(&w->soft->told), array_free(&w->soft->batch);
 }
 
@@ -103,12 +152,9 @@ void soft_find_touches(soft_result *r, const soft_mesh *a, soft_positions x, con
 
 static soft_result *first_of(const world *w, const pair *p)
 {
-    uint64_t key = pair_key(p->a, p->b);
     soft_result *newest = NULL;
-    for (size_t i = 0; i < w->soft->results.count; i++) {
-        soft_result *r = &w->soft->results.at[i];
-        if (r->key == key && !r->proposed && (!newest || r->tick > newest->tick)) newest = r;
-    }
+    for (soft_result *r = newest_result(w, pair_key(p->a, p->b)); r; r = older_than(w, r))
+        if (!r->proposed && !r->only_told && (!newest || r->tick > newest->tick)) newest = r;
     return newest;
 }
 
@@ -124,11 +170,9 @@ static uint64_t contacts_of(const soft_result *r)
 
 bool soft_touches(const world *w, const pair *p, double separation, const soft_result **which)
 {
-    uint64_t key = pair_key(p->a, p->b);
     *which = NULL;
-    for (size_t i = 0; i < w->soft->results.count; i++) {
-        const soft_result *r = &w->soft->results.at[i];
-        bool is = r->key == key && !r->proposed && r->separation == fmax(separation, 0);
+    for (const soft_result *r = newest_result(w, pair_key(p->a, p->b)); r; r = older_than(w, r)) {
+        bool is = !r->proposed && !r->only_told && r->separation == fmax(separation, 0);
         if (is && (!*which || r->tick > (*which)->tick)) *which = r;
     }
     return *which && (contacts_of(*which) || (*which)->unfinished || (*which)->safe_lo < 1);
@@ -140,8 +184,8 @@ void soft_fill(const world *w, const pair *p, narrow_result *r)
     const soft_result *of = first_of(w, p);
     pose a = w->colliders.at[p->a].world;
     *r = (narrow_result){.lo = -INFINITY, .hi = INFINITY, .status = NARROW_WIDE, .method = NARROW_BY_CLOSED_FORM};
-    for (size_t i = 0; i < w->soft->results.count && of && !of->has_first; i++)
-        if (w->soft->results.at[i].key == of->key && w->soft->results.at[i].has_first) of = &w->soft->results.at[i];
+    for (const soft_result *i = of ? newest_result(w, of->key) : NULL; i && !of->has_first; i = older_than(w, i))
+        if (i->has_first) of = i;
     if (!of || !of->has_first) return;
     r->axis = quat_rotate(quat_conj(a.q), of->first_normal);
     r->point_a = r->point_b = pose_point(pose_relative(a, POSE_IDENTITY), of->first_point);
@@ -168,7 +212,7 @@ static void add_free(world *w, const pair *p, const soft_place *i, const soft_pl
             .safe_lo = 1,
             .safe_hi = INFINITY};
         r.contacts = base_alloc(1, sizeof *r.contacts), r.touches = base_alloc(1, sizeof *r.touches);
-        array_push(&w->soft->results, r);
+        soft_result_add(w, &r);
     }
 }
 
@@ -196,11 +240,19 @@ void soft_decide(world *w)
         const body *soft = collider_is_soft(a) ? x : y, *rigid = collider_is_soft(a) ? y : x;
         const soft_place *place = soft_place_of(w, soft);
         if (!place) continue;
+        if (place->beside && !place->beside->fresh) { /* when that is done both are looked at again */
+            p->asked_epoch = 0;
+            continue;
+        }
         pair_more *more = pair_more_make(w, p);
-        if (news || place->way_tick > more->swept_tick || rigid->changed_tick > more->swept_tick)
-            soft_rigid_pair(w, p, more->swept_tick);
+        uint64_t since = more->swept_tick > w->soft->clear_tick ? more->swept_tick : w->soft->clear_tick;
+        if (news || place->way_tick > since || rigid->changed_tick > since) soft_rigid_ask(w, p, since);
         more->swept_tick = w->figures.ticks;
     }
+    soft_go_beside(w);
+    bool beside = false;
+    for (size_t i = 0; i < w->soft->places.count; i++) beside |= w->soft->places.at[i] && w->soft->places.at[i]->beside;
+    if (!beside && !w->due && !w->parked && !broad_unsearched_count(w->broad)) w->soft->clear_tick = w->figures.ticks;
 }
 
 /* ---- for who asks for features and safe steps ---- */
@@ -214,6 +266,21 @@ static int64_t contact_id(const world *w, const soft_result *r, uint32_t subscri
     return 0;
 }
 
+/* Once, for whomever it is told. */
+void soft_result_hash(soft_result *r)
+{
+    uint64_t h = 0;
+    for (size_t i = 0; i < r->count; i++) {
+        const soft_contact *c = &r->contacts[i];
+        uint32_t times[2];
+        memcpy(&times[0], &c->t_lo, sizeof times[0]), memcpy(&times[1], &c->t_hi, sizeof times[1]);
+        h = hash_word(h, (uint64_t)c->a << 32 | c->b);
+        h = hash_word(h, (uint64_t)times[0] << 32 | times[1]);
+        h = hash_word(h, (uint64_t)c->kind << 8 | c->proof);
+    }
+    r->hash = h;
+}
+
 static uint64_t hash_told(uint64_t h, const soft_told *t)
 {
     const world_soft *s = &t->what;
@@ -225,13 +292,7 @@ static uint64_t hash_told(uint64_t h, const soft_told *t)
         s->unfinished, s->vertex_face, s->edge_edge, s->face_shape, s->within, s->undecided, s->left_out};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++) h = hash_word(h, words[i]);
     h = hash_double(hash_double(h, s->safe_lo), s->safe_hi);
-    for (size_t i = 0; i < s->count; i++) {
-        const soft_contact *c = &r->contacts[i];
-        h = hash_word(h, (uint64_t)c->a << 32 | c->b);
-        h = hash_word(h, (uint64_t)c->kind << 8 | c->proof);
-        h = hash_double(hash_double(h, (double)c->t_lo), (double)c->t_hi);
-    }
-    return h;
+    return s->count ? hash_word(hash_word(h, s->count), r->hash) : h;
 }
 
 static void tell_one(world *w, const soft_result *r, uint32_t id)
@@ -279,19 +340,36 @@ static int compare_results(const void *x, const void *y)
             g = b->frame_a > b->frame_b ? b->frame_a : b->frame_b;
     if (a->proposed && f != g) return f < g ? -1 : 1;
     if (a->key != b->key) return a->key < b->key ? -1 : 1;
-    return (a->separation > b->separation) - (a->separation < b->separation);
+    if (a->separation != b->separation) return a->separation < b->separation ? -1 : 1;
+    return (a->tick > b->tick) - (a->tick < b->tick);
 }
 
-/* By subscriptions, in the canonical order of results. */
+/* By subscriptions, in the canonical order of results. What is very much is told to some in this tick, and to the
+ * others in the next ones: who asks for all features of large meshes makes nobody wait but those who ask for them, too.
+ */
 void soft_tell(world *w)
 {
+    enum { A_TICK = 1 << 17, A_LOOK = 1, A_PAIR = 32, FEATURES = 2 /* as a look */ };
     struct soft_world *s = w->soft;
+    size_t spent = 0;
+    uint32_t id = 0;
     if (!s->results.count) return;
     qsort(s->results.at, s->results.count, sizeof *s->results.at, compare_results);
-    for (uint32_t id = 0; id < w->subscriptions.count; id++)
-        for (size_t i = 0; i < s->results.count && w->subscriptions.at[id].used; i++)
-            if (!s->results.at[i].is_told) tell_one(w, &s->results.at[i], id);
-    for (size_t i = 0; i < s->results.count; i++) s->results.at[i].is_told = true;
+    for (; id < w->subscriptions.count && spent < A_TICK; id++)
+        for (size_t i = 0; i < s->results.count && w->subscriptions.at[id].used; i++) {
+            soft_result *r = &s->results.at[i];
+            size_t before = s->told.count;
+            if (r->is_told || id < r->next_told) continue;
+            tell_one(w, r, id);
+            spent += A_LOOK;
+            if (s->told.count > before) spent += A_PAIR + s->told.at[before].what.count / FEATURES;
+        }
+    for (size_t i = 0; i < s->results.count; i++) {
+        soft_result *r = &s->results.at[i];
+        r->is_told |= id >= w->subscriptions.count;
+        if (id > r->next_told) r->next_told = id;
+        w->sliced |= !r->is_told;
+    }
     for (size_t i = 0; i < s->told.count; i++) {
         w->hash = hash_told(w->hash, &s->told.at[i]);
         array_push(&s->batch, s->told.at[i].what);
@@ -305,7 +383,7 @@ size_t soft_told_to(const world *w, uint32_t subscription, const world_soft **at
     size_t first = 0, end;
     while (first < s->told.count && s->told.at[first].subscription < subscription) first++;
     for (end = first; end < s->told.count && s->told.at[end].subscription == subscription;) end++;
-    *at = s->batch.at + first;
+    *at = first < end ? s->batch.at + first : NULL;
     return end - first;
 }
 

@@ -1,5 +1,6 @@
-/* soft_saved: soft bodies and their steps under way, for another daemon that goes on with them. A step goes on where it
- * stood because it stops by counts alone: it is made again up to there. Tick thread. */
+/* soft_saved: soft bodies, their steps under way and results that wait, for another daemon that goes on with them. A
+ * step goes on where it stood because its portions follow from counts alone: they are made again up to there. Tick
+ * thread. */
 #include "soft_state.h"
 
 #include <stdlib.h>
@@ -23,6 +24,7 @@ static void get_frame(bytes_in *from, soft_frame *f, size_t count)
     if (from->broken || from->left < count * sizeof *f->at) return;
     f->at = base_alloc(count, sizeof *f->at);
     bytes_get(from, f->at, count * sizeof *f->at);
+    f->box = soft_box_of(f->at, count);
 }
 
 static void put_place(const world *w, bytes_out *to, const soft_place *p)
@@ -44,15 +46,26 @@ static uint32_t number_of(const world *w, const soft_place *p)
     return w->bodies.at[p->body].soft - 1;
 }
 
+typedef struct job_head {
+    uint64_t places, acts, asks, besides, ask, placed, asking, units, units_before, portions;
+    uint8_t stage, proposed, stands, gathered;
+} job_head;
+
 static void put_job(const world *w, bytes_out *to, const soft_job *j)
 {
-    const uint64_t head[] = {j->places.count, j->asks.count, j->ask, j->begun, j->proposed, j->units,
-        j->begun ? soft_step_units(j->step) : 0};
-    bytes_put(to, head, sizeof head);
+    bool steps = j->stage > SOFT_ASKING;
+    job_head head = {.places = j->places.count, .acts = j->acts.count, .asks = j->asks.count};
+    head.besides = j->besides.count, head.ask = j->ask, head.placed = j->placed, head.asking = j->asking;
+    head.units = j->units, head.units_before = j->units_before, head.portions = j->portions;
+    head.stage = steps ? SOFT_STEPPING : (uint8_t)j->stage;
+    head.proposed = j->proposed, head.stands = j->stands, head.gathered = j->gathered;
+    bytes_put(to, &head, sizeof head);
     for (size_t i = 0; i < j->places.count; i++) {
         uint32_t n = number_of(w, j->places.at[i]);
         bytes_put(to, &n, sizeof n);
     }
+    bytes_put(to, j->acts.at, j->acts.count);
+    bytes_put(to, j->besides.at, j->besides.count * sizeof *j->besides.at);
     for (size_t i = 0; i < j->asks.count; i++) {
         const soft_asked *a = &j->asks.at[i];
         const uint64_t what[] = {a->want, a->most, a->pairs.count};
@@ -63,6 +76,13 @@ static void put_job(const world *w, bytes_out *to, const soft_job *j)
     if (j->proposed) put_frame(to, &j->proposal, j->places.at[0]->count);
 }
 
+static void put_result(bytes_out *to, const soft_result *r)
+{
+    bytes_put(to, r, sizeof *r);
+    bytes_put(to, r->contacts, r->count * sizeof *r->contacts);
+    bytes_put(to, r->touches, r->count * sizeof *r->touches);
+}
+
 void soft_save(const world *w, bytes_out *to)
 {
     const struct soft_world *s = w->soft;
@@ -71,6 +91,11 @@ void soft_save(const world *w, bytes_out *to)
         if (s->places.at[i]) put_place(w, to, s->places.at[i]);
     bytes_put_count(to, s->jobs.count);
     for (size_t i = 0; i < s->jobs.count; i++) put_job(w, to, s->jobs.at[i]);
+    bytes_put_count(to, s->results.count);
+    for (size_t i = 0; i < s->results.count; i++) put_result(to, &s->results.at[i]);
+    bytes_put_count(to, s->accounts.count);
+    bytes_put(to, s->accounts.at, s->accounts.count * sizeof *s->accounts.at);
+    bytes_put(to, &s->clear_tick, sizeof s->clear_tick);
 }
 
 static const char *get_place(bytes_in *from, world *w)
@@ -123,39 +148,68 @@ static bool get_asks(bytes_in *from, soft_job *j, size_t count)
     return !from->broken;
 }
 
-/* As far as it was. */
-static void make_again(world *w, soft_job *j, size_t ask, bool begun, uint64_t units)
+static const char *get_members(bytes_in *from, world *w, soft_job *j, const job_head *h)
 {
-    for (; j->ask < ask || (begun && j->ask == ask && !j->begun); j->ask += j->ask < ask) {
-        const soft_step_def def = soft_job_step(w, j);
-        soft_status s = soft_step_begin(j->step, &def);
-        bool last = j->ask == ask;
-        j->begun = last;
-        while (s == SOFT_OK && !(last && soft_step_units(j->step) >= units) && soft_step_run(j->step, 1) == SOFT_MORE) {
-        }
-        if (last) return;
-        soft_take_results(j, false);
-    }
-}
-
-static const char *get_job(bytes_in *from, world *w)
-{
-    uint64_t head[7];
-    if (!bytes_get(from, head, sizeof head) || head[0] > from->left / sizeof(uint32_t)) return "a soft step is cut off";
-    soft_job *j = soft_job_create(w);
-    j->proposed = head[4] != 0;
-    for (size_t i = 0; i < head[0]; i++) {
-        uint32_t n;
+    for (size_t i = 0; i < h->places; i++) {
+        uint32_t n = UINT32_MAX;
         bytes_get(from, &n, sizeof n);
         if (n >= w->soft->places.count || !w->soft->places.at[n]) return "a soft step's body is not there";
         array_push(&j->places, w->soft->places.at[n]);
     }
-    if (!j->places.count || !get_asks(from, j, (size_t)head[1])) return "a soft step is cut off";
+    if (h->acts > from->left || h->besides > from->left / sizeof *j->besides.at) return "a soft step is cut off";
+    array_reserve(&j->acts, (size_t)h->acts + 1), array_reserve(&j->besides, (size_t)h->besides + 1);
+    bytes_get(from, j->acts.at, (size_t)h->acts);
+    bytes_get(from, j->besides.at, (size_t)h->besides * sizeof *j->besides.at);
+    j->acts.count = (size_t)h->acts, j->besides.count = (size_t)h->besides;
+    for (size_t i = 0; i < j->besides.count; i++)
+        if (j->besides.at[i].rigid != WORLD_NONE && j->besides.at[i].rigid >= w->colliders.count)
+            return "a soft step's rigid shape is not there";
+    return j->places.count ? NULL : "a soft step is of nothing";
+}
+
+/* As far as it was. */
+static const char *make_again(world *w, soft_job *j, const job_head *h)
+{
+    uint64_t unfinished = w->figures.soft_unfinished;
+    for (uint32_t i = 0; i < h->placed && i < j->places.count; i++) soft_job_place(j, i);
+    j->placed = (size_t)h->placed, j->asking = (size_t)h->asking, j->stage = (soft_stage)h->stage;
+    j->units = j->units_before = h->units_before;
+    if (h->stands) j->stage = SOFT_BESIDE;
+    if (j->stage < SOFT_STEPPING) {
+        j->units = h->units;
+        bool fits = j->placed <= j->places.count && j->asking < j->places.count && j->acts.count <= j->places.count;
+        return fits ? NULL : "a soft step has no such stage";
+    }
+    while (j->portions < h->portions && j->stage != SOFT_DONE) soft_job_portion(w, j);
+    w->figures.soft_unfinished = unfinished;
+    return NULL;
+}
+
+static const char *get_job(bytes_in *from, world *w)
+{
+    job_head h;
+    if (!bytes_get(from, &h, sizeof h) || h.places > from->left / sizeof(uint32_t)) return "a soft step is cut off";
+    soft_job *j = soft_job_create(w);
+    j->proposed = h.proposed != 0, j->stands = h.stands != 0, j->gathered = h.gathered != 0;
+    const char *wrong = get_members(from, w, j, &h);
+    if (wrong) return wrong;
+    if (!get_asks(from, j, (size_t)h.asks)) return "a soft step is cut off";
     if (j->proposed) get_frame(from, &j->proposal, j->places.at[0]->count);
-    if (from->broken || (j->proposed && !j->proposal.at) || head[2] > j->asks.count) return "a soft step is cut off";
-    soft_job_place(j);
-    make_again(w, j, (size_t)head[2], head[3] && head[2] < j->asks.count, head[6]);
-    j->units = head[5];
+    if (from->broken || (j->proposed && !j->proposal.at)) return "a soft step is cut off";
+    if (j->stands) j->places.at[0]->beside = j;
+    return make_again(w, j, &h);
+}
+
+static const char *get_result(bytes_in *from, world *w)
+{
+    soft_result r;
+    if (!bytes_get(from, &r, sizeof r) || r.a >= w->colliders.count || r.b >= w->colliders.count ||
+        r.count > from->left / (sizeof *r.contacts + sizeof *r.touches))
+        return "a soft result is cut off";
+    r.contacts = base_alloc(r.count + 1, sizeof *r.contacts), r.touches = base_alloc(r.count + 1, sizeof *r.touches);
+    bytes_get(from, r.contacts, r.count * sizeof *r.contacts);
+    bytes_get(from, r.touches, r.count * sizeof *r.touches);
+    array_push(&w->soft->results, r);
     return NULL;
 }
 
@@ -166,5 +220,13 @@ const char *soft_restore(world *w, bytes_in *from)
     for (size_t i = 0; i < places && !wrong; i++) wrong = get_place(from, w);
     size_t jobs = wrong ? 0 : bytes_get_count(from, 1);
     for (size_t i = 0; i < jobs && !wrong; i++) wrong = get_job(from, w);
-    return wrong;
+    size_t results = wrong ? 0 : bytes_get_count(from, sizeof(soft_result));
+    for (size_t i = 0; i < results && !wrong; i++) wrong = get_result(from, w);
+    if (wrong) return wrong;
+    size_t accounts = bytes_get_count(from, sizeof *w->soft->accounts.at);
+    array_reserve(&w->soft->accounts, accounts + 1);
+    bytes_get(from, w->soft->accounts.at, accounts * sizeof *w->soft->accounts.at);
+    w->soft->accounts.count = accounts;
+    bytes_get(from, &w->soft->clear_tick, sizeof w->soft->clear_tick);
+    return from->broken ? "soft bodies are cut off" : NULL;
 }

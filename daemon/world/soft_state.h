@@ -14,9 +14,12 @@
 
 typedef struct soft_frame { /* places of all vertices, owned */
     vec3 *at;               /* NULL: there is none */
+    aabb box;               /* of them */
     int64_t frame, stamp_ns;
     bool teleports;
 } soft_frame;
+
+#define SOFT_CONTACTS_MOST ((size_t)1 << 17) /* kept of a step, and told; others are counted */
 
 enum { SOFT_PROPOSALS_MAX = 8 }; /* of one body that wait */
 
@@ -26,15 +29,19 @@ typedef struct soft_place { /* of one body */
     size_t count; /* vertices */
     double half_thickness;
     vec3 span[2];           /* about its last way, and its half thickness; the shape's */
-    vec3 *from, *at;        /* its last way: from where it was to where it is */
+    vec3 *from, *at;        /* its last way: from where it was to where it is; ... */
+    aabb box;               /* ... of `at` alone */
     int64_t frame;          /* that it is at; 0: as it was announced */
     uint64_t way_tick;      /* the tick in which it went that way; in others it stands */
     soft_frame next, after; /* that waits, or is under way; that has come since */
     soft_frame proposals[SOFT_PROPOSALS_MAX];
     size_t proposal_count;
     soft_body *engine;
-    bool under_way; /* a step with it is */
-    bool asked;     /* how it stands is to be found out */
+    bool under_way;          /* a step with it is */
+    bool asked;              /* how it stands is to be found out */
+    bool untold;             /* of its last step somebody has not been told yet: the next one waits for that */
+    struct soft_job *beside; /* that finds out what rigid shapes its last way, or the place where it stands, meets: it
+                                does not go on before this is done */
 } soft_place;
 
 typedef struct soft_result { /* of one pair in one step, for one separation; canonical order is that of these fields */
@@ -49,6 +56,10 @@ typedef struct soft_result { /* of one pair in one step, for one separation; can
     soft_tally tally;
     uint64_t face_shape;
     double safe_lo, safe_hi;
+    uint64_t hash;          /* of its contacts */
+    uint32_t next_told;     /* the first subscription that has not been told yet; ... */
+    uint32_t older;         /* another one of the same pair + 1; 0: there is none */
+    bool only_told;         /* ... it waits for nothing else: its pair may have another one by now */
     soft_contact *contacts; /* owned: by kind, a, b */
     size_t count;
     struct soft_touch { /* where and how they meet, one a contact */
@@ -70,18 +81,49 @@ typedef struct soft_asked { /* of a step: pairs of one separation */
     ARRAY(soft_pair) pairs;
 } soft_asked;
 
+typedef enum soft_stage { /* of a job, in this order; from one ask to the next it steps again */
+    SOFT_PLACING,         /* the engine's bodies are where its places and frames say */
+    SOFT_ASKING,          /* which pairs are asked about, for whom */
+    SOFT_STEPPING,        /* what is asked now is found out */
+    SOFT_TAKING,          /* and taken */
+    SOFT_BESIDE,          /* pairs with rigid shapes are */
+    SOFT_DONE
+} soft_stage;
+
+typedef struct soft_beside { /* a pair of the job's first place and a rigid shape */
+    uint32_t rigid;          /* collider; WORLD_NONE: it has gone */
+    motion way;              /* of its body, in a span of 1 */
+    double separation;       /* m, beyond the half thickness */
+    size_t most;             /* contacts that are kept */
+    bool goes;               /* the surface goes its last way; else it stands */
+    bool is_late;            /* not all of the ways since the last time are known */
+} soft_beside;
+
 typedef struct soft_job {
     ARRAY(soft_place *) places;
+    ARRAY(uint8_t) acts;       /* by place: it goes, or is asked about. Empty: a proposal, or of rigid shapes alone */
     ARRAY(soft_body *) bodies; /* of the engine, by place */
     ARRAY(soft_asked) asks;
-    size_t ask; /* that is under way */
+    soft_stage stage;
+    size_t placed, asking, ask; /* that is under way */
     bool begun, proposed;
+    bool unfinished, broken; /* the ask; the whole, which the engine refuses */
+    bool stands;             /* it is about rigid shapes alone: nobody arrives at its end; ... */
+    bool fresh;              /* ... and its pairs are looked at in this tick */
+    bool gathered;           /* what its proposal is held against is known */
+    ARRAY(soft_beside) besides;
+    size_t beside;          /* that is under way, with: */
+    struct soft_task *task; /* NULL: not begun */
     soft_frame proposal;
     soft_body *proposed_body; /* owned */
     soft_step *step;
-    uint64_t units;
+    uint64_t units, units_before, portions; /* before it began to step; since then */
     ARRAY(soft_result) results;
 } soft_job;
+
+typedef struct soft_account { /* of an owner who has jobs */
+    uint64_t owner, units;
+} soft_account;
 
 typedef struct soft_told {
     uint32_t subscription;
@@ -89,8 +131,12 @@ typedef struct soft_told {
 } soft_told;
 
 struct soft_world {
-    ARRAY(soft_place *) places;                 /* body.soft - 1 is the index; NULL: free */
-    ARRAY(soft_job *) jobs;                     /* under way */
+    ARRAY(soft_place *) places; /* body.soft - 1 is the index; NULL: free */
+    ARRAY(soft_job *) jobs;     /* under way */
+    ARRAY(soft_account) accounts;
+    uint64_t clear_tick;                        /* the last at whose end nothing had been put off */
+    pair_map result_of;                         /* key of a pair -> its newest result, until they are told */
+    bool indexed;                               /* something is in there */
     ARRAY(soft_result) results;                 /* of this tick, and of pairs that wait for their turn */
     ARRAY(soft_told) told;                      /* in this tick, in the order of subscriptions */
     ARRAY(world_soft) batch;                    /* what of it is one subscription's stands together */
@@ -120,19 +166,20 @@ void soft_arrive(world *w, soft_place *p);                                      
 void soft_drop_frame(soft_frame *f);
 void soft_bodies_free(world *w);
 void soft_measure(soft_place *p);
+aabb soft_box_of(const vec3 *at, size_t count);
 
 /* soft_jobs.c */
-void soft_go_on(world *w); /* as far as a tick's part goes: steps that are done by its end move their bodies */
+void soft_go_on(world *w);     /* as far as a tick's part goes: steps that are done by its end move their bodies */
+void soft_go_beside(world *w); /* the same, when its pairs are known */
 void soft_forget_jobs(world *w, const soft_place *p); /* it goes: steps with it end without a result */
 void soft_jobs_free(world *w);
 bool soft_is_busy(const world *w);
-size_t soft_waiting_of(const world *w, uint64_t owner); /* his bodies with something to do */
-/* m; of the pair, for that subscription. */
-soft_job *soft_job_create(world *w);                            /* among the jobs */
-void soft_job_place(soft_job *j);                               /* its bodies are where its places and frames say */
-soft_step_def soft_job_step(const world *w, const soft_job *j); /* of what is asked now */
-void soft_take_results(soft_job *j, bool unfinished);
-double soft_separation(const subscription *i, double padding);
+size_t soft_waiting_of(const world *w, uint64_t owner);        /* his bodies with something to do */
+soft_job *soft_job_create(world *w);                           /* among the jobs */
+void soft_job_place(soft_job *j, uint32_t i);                  /* its body is where its place and frame say */
+uint64_t soft_job_portion(world *w, soft_job *j);              /* the next one; in units of soft_step_run */
+size_t soft_most_of(const subscription *i);                    /* features of a pair that it is told */
+double soft_separation(const subscription *i, double padding); /* m; of the pair, for that subscription */
 /* Are they a pair to that subscription, and what are its terms? */
 bool soft_is_wanted(const world *w, uint32_t subscription, const body *a, const body *b);
 
@@ -140,25 +187,19 @@ bool soft_is_wanted(const world *w, uint32_t subscription, const body *a, const 
 void soft_save(const world *w, bytes_out *to);
 const char *soft_restore(world *w, bytes_in *from); /* bodies and their colliders are there; NULL, or what is wrong */
 
-/* soft_rigid.c */
-/* The way of a soft surface beside a rigid shape on its own. */
-typedef struct soft_meeting {
-    soft_positions vertices;
-    const soft_mesh *mesh;
-    const collider *shape;
-    motion way;        /* of its body, in a span of 1 */
-    double separation; /* m, with the half thickness */
-    uint64_t units;    /* that it may take at most, of some 10 ns */
-} soft_meeting;
-void soft_rigid_meet(world *w, const soft_meeting *m, soft_result *out);
-void soft_rigid_pair(
-    world *w, const pair *p, uint64_t decided); /* an active one of a soft and a rigid shape: its results, as asked */
-void soft_rigid_proposal(world *w, soft_place *p, const soft_frame *proposal);
+/* soft_rigid.c: pairs of a soft and a rigid shape */
+void soft_rigid_ask(world *w, const pair *p, uint64_t since); /* an active one: on its way since that tick */
+void soft_rigid_gather(world *w, soft_job *j);                /* what its proposal may meet, as that stands */
+uint64_t soft_rigid_portion(world *w, soft_job *j, bool give_up);
+void soft_rigid_drop(struct soft_task *t);
+void soft_rigid_forget(world *w, uint32_t collider); /* it goes */
 
 /* soft_results.c */
 void soft_decide(world *w); /* the pairs of soft and rigid among the active ones; asks for the others */
 /* Where and how each contact of two soft surfaces is. */
 void soft_find_touches(soft_result *r, const soft_mesh *a, soft_positions x, const soft_mesh *b, soft_positions y);
+void soft_result_hash(soft_result *r);
+void soft_result_add(world *w, const soft_result *r); /* takes its arrays */
 void soft_results_clear(world *w);
 void soft_results_free(world *w);
 /* Is anything known of this pair in this tick? */

@@ -149,6 +149,7 @@ typedef struct body {
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
     uint32_t soft;           /* its place among soft bodies + 1; 0: it is rigid */
+    uint64_t changed_before; /* the tick before changed_tick that it was put again for */
     int64_t announced_ns;    /* stamp of the announcement, where that is not the pose's; 0: it is */
     pose travelled_to;       /* ... up to here; set anew when a budget is */
 } body;

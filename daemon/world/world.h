@@ -274,6 +274,8 @@ typedef enum world_frame_mode { /* numbers as on the wire */
     WORLD_FRAME_TELEPORTS
 } world_frame_mode;
 
+enum { WORLD_SOFT_LEAST = 2048 }; /* vertices that a soft body counts for in figures, at least */
+
 typedef struct world_range { /* vertices of a frame that follow each other */
     uint32_t first, count;
     const vec3 *at; /* m, world */
@@ -508,7 +510,8 @@ typedef struct world_figures {
     size_t pending_bodies, pending_pairs;
     size_t parked_bodies; /* that wait for max_pairs */
     uint64_t slice_units, sliced_ticks;
-    size_t soft_bodies, soft_waiting;                     /* now; of them those with a step to do */
+    size_t soft_vertices;             /* of all soft bodies now, each counted for WORLD_SOFT_LEAST at least */
+    size_t soft_bodies, soft_waiting; /* now; of them those with a step to do */
     uint64_t soft_steps, frames_skipped, soft_unfinished; /* cumulative */
 } world_figures;
 world_figures world_get_figures(const world *w);

@@ -41,6 +41,7 @@ world *world_create(const world_options *options)
     rules_init(&w->rules);
     impact_wait_init(w);
     w->soft = base_zalloc(1, sizeof *w->soft);
+    pair_map_init(&w->soft->result_of);
     w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;

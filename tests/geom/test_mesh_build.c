@@ -319,39 +319,40 @@ static void a_solid_may_pass_through_itself(void **state)
     soup_free(&other);
 }
 
-/* A rough sheet, a flat one below it, and four walls between them. */
+/* A rough sheet, a flat one below it, and four walls between them; with COLLIDED_BRIEF a sixth of a million. */
 static void a_million_triangles_make_a_sound_solid(void **state)
 {
     (void)state;
-    enum { SIDE = 500, POINTS = 2 * (SIDE + 1) * (SIDE + 1), TRIANGLES = 4 * SIDE * SIDE + 8 * SIDE };
-    double *points = calloc(POINTS, 3 * sizeof *points), *at = points;
-    int32_t *corners = calloc(TRIANGLES, 3 * sizeof *corners), *to = corners;
+    const int32_t n = getenv("COLLIDED_BRIEF") ? 200 : 500;
+    const uint32_t point_count = (uint32_t)(2 * (n + 1) * (n + 1)), triangles = (uint32_t)(4 * n * n + 8 * n);
+    double *points = calloc(point_count, 3 * sizeof *points), *at = points;
+    int32_t *corners = calloc(triangles, 3 * sizeof *corners), *to = corners;
     assert_true(points && corners);
     for (int below = 0; below < 2; below++)
-        for (int i = 0; i <= SIDE; i++)
-            for (int k = 0; k <= SIDE; k++) *at++ = i, *at++ = k, *at++ = below ? -100 : (i * 7 + k * 3) % 11;
+        for (int i = 0; i <= n; i++)
+            for (int k = 0; k <= n; k++) *at++ = i, *at++ = k, *at++ = below ? -100 : (i * 7 + k * 3) % 11;
     for (int below = 0; below < 2; below++)
-        for (int i = 0; i < SIDE; i++)
-            for (int k = 0; k < SIDE; k++) {
-                int32_t a = (below * (SIDE + 1) + i) * (SIDE + 1) + k, b = a + SIDE + 1, c = b + 1, d = a + 1;
+        for (int i = 0; i < n; i++)
+            for (int k = 0; k < n; k++) {
+                int32_t a = (below * (n + 1) + i) * (n + 1) + k, b = a + n + 1, c = b + 1, d = a + 1;
                 const int32_t up[6] = {a, b, c, a, c, d}, down[6] = {a, c, b, a, d, c};
                 memcpy(to, below ? down : up, sizeof up);
                 to += 6;
             }
     for (int side = 0; side < 4; side++)
-        for (int i = 0; i < SIDE; i++) {
-            int32_t step = side % 2 ? SIDE + 1 : 1, first = side < 2 ? 0 : side == 2 ? SIDE * (SIDE + 1) : SIDE;
-            int32_t a = first + i * step, b = a + step, below = (SIDE + 1) * (SIDE + 1), c = b + below, d = a + below;
+        for (int i = 0; i < n; i++) {
+            int32_t step = side % 2 ? n + 1 : 1, first = side < 2 ? 0 : side == 2 ? n * (n + 1) : n;
+            int32_t a = first + i * step, b = a + step, below = (n + 1) * (n + 1), c = b + below, d = a + below;
             bool turned = side == 1 || side == 2; /* all four look outward */
             const int32_t two[6] = {a, turned ? d : b, c, a, c, turned ? b : d};
             memcpy(to, two, sizeof two);
             to += 6;
         }
     mesh *m;
-    assert_int_equal(mesh_build(points, POINTS, corners, TRIANGLES, &m), MESH_OK);
+    assert_int_equal(mesh_build(points, point_count, corners, triangles, &m), MESH_OK);
     assert_null(mesh_validate(m));
-    assert_true(m->solid && m->triangle_count == TRIANGLES);
-    assert_true(mesh_inside(m, vec(250.3, 17.2, -50)) && !mesh_inside(m, vec(250.3, 17.2, 50)));
+    assert_true(m->solid && m->triangle_count == triangles);
+    assert_true(mesh_inside(m, vec(n / 2 + 0.3, 17.2, -50)) && !mesh_inside(m, vec(n / 2 + 0.3, 17.2, 50)));
     mesh_destroy(m);
     free(points);
     free(corners);

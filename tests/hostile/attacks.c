@@ -1,4 +1,5 @@
 #include "attacks.h"
+#include "attacks_soft.h"
 
 #include <collided.h>
 
@@ -53,6 +54,16 @@ static collided *enter(const char *uri, const char *name)
 static void wait_for_all(collided *c, bool full)
 {
     (void)collided_sync(c, full ? PATIENCE_S : PATIENCE_SHORT_S);
+}
+
+collided *attack_enter(const char *uri, const char *name)
+{
+    return enter(uri, name);
+}
+
+void attack_wait(collided *c, bool full)
+{
+    wait_for_all(c, full);
 }
 
 static void stay(collided *c, double seconds)
@@ -763,6 +774,10 @@ const attack attacks[] = {
     {"lost_with_all", "a client with many bodies that is killed", lost_with_all, 50},
     {"lock_step_moving", "steps of lock-step that move very many bodies", lock_step_moving, 50},
     {"lock_step_impacts", "the same, of bodies that are asked what they meet on their way", lock_step_impacts, 50},
+    {"soft_crumpled", "a cloth of crumpled noise, in which all features meet", attack_soft_crumpled, 50},
+    {"soft_crowd", "many soft bodies at one place, asked for by many", attack_soft_crowd, 50},
+    {"soft_large", "the largest soft body, through rigid shapes", attack_soft_large, 50},
+    {"soft_never_stepped", "frames of vertices for steps that never come", attack_soft_never_stepped, 50},
     {"lock_step_alone", "steps that are never ended, in step with one who never comes", lock_step_alone, 50},
 };
 const size_t attack_count = sizeof attacks / sizeof *attacks;

@@ -11,7 +11,7 @@
 static const struct {
     const char *option, *counter;
 } limits[] = {{"max_clients", "clients"}, {"max_bodies", "bodies"}, {"max_shapes", "shapes"}, {"max_pairs", "pairs"},
-    {"max_subscriptions", "subscriptions"}, {"max_geometries", "geometries"}};
+    {"max_subscriptions", "subscriptions"}, {"max_geometries", "geometries"}, {"max_soft_vertices", "soft_vertices"}};
 
 enum { CERTIFICATE_DAYS_WARNED = 30 };
 

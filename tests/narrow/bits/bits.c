@@ -17,6 +17,8 @@
 
 enum { PAIRS_EACH = 200, MESHES = 3, MESH_PAIRS_EACH = 36, FLIGHTS_EACH = 2, ELEMENTARY = 400 };
 
+static int part = 1; /* of all those, one in so many */
+
 typedef uint64_t hash;
 
 static const hash EMPTY = UINT64_C(14695981039346656037);
@@ -115,7 +117,7 @@ static void convex_pairs(void)
     for (int ta = 0; ta < SHAPE_CONVEX_COUNT; ta++)
         for (int tb = ta; tb < SHAPE_CONVEX_COUNT; tb++) {
             hash h = EMPTY;
-            for (int i = 0; i < PAIRS_EACH; i++) {
+            for (int i = 0; i < PAIRS_EACH / part; i++) {
                 random_state r = {((uint64_t)ta << 40) + ((uint64_t)tb << 32) + (uint64_t)i + 271828};
                 shape a = random_shape(&r, (shape_type)ta), b = random_shape(&r, (shape_type)tb);
                 pose pa, pb;
@@ -134,7 +136,7 @@ static void mesh_pairs(void)
     for (int i = 0; i < MESHES; i++) meshes[i] = soup_mesh(&soups[i]);
     for (int type = 0; type <= SHAPE_CONVEX_COUNT; type++) {
         hash h = EMPTY;
-        for (int i = 0; i < MESH_PAIRS_EACH; i++) {
+        for (int i = 0; i < MESH_PAIRS_EACH / part; i++) {
             random_state r = {((uint64_t)type << 32) + (uint64_t)i + 314159};
             shape b = mesh_shape(meshes[i % MESHES], i % 4 ? 0 : 0.05), a = b;
             if (type < SHAPE_CONVEX_COUNT) a = random_shape(&r, (shape_type)type);
@@ -154,7 +156,7 @@ static void deformable_pairs(void)
 {
     hash h[2] = {EMPTY, EMPTY};
     random_state r = {161803};
-    for (int i = 0; i < ELEMENTARY; i++) {
+    for (int i = 0; i < ELEMENTARY / part; i++) {
         vec3 start[4], end[4];
         elementary_result out;
         for (int k = 0; k < 4; k++) start[k] = random_direction(&r);
@@ -169,16 +171,18 @@ static void deformable_pairs(void)
     print("edge", "edge", h[1]);
 }
 
-/* `bits FILE`: into the file. */
+/* `bits FILE [PART]`: into the file; of the random pairs one in PART, at most 36, for where each takes long. */
 int main(int count, char **arguments)
 {
-    if (count == 2 && !freopen(arguments[1], "w", stdout)) return 1;
+    if (count >= 2 && !freopen(arguments[1], "w", stdout)) return 1;
+    if (count >= 3) part = atoi(arguments[2]);
+    if (part < 1 || part > MESH_PAIRS_EACH) return 2;
     cases_create();
     convex_pairs();
     mesh_pairs();
     deformable_pairs();
-    print("world", "alone", world_bits(1));
-    print("world", "shared", world_bits(3));
+    print("world", "alone", world_bits(1, part));
+    print("world", "shared", world_bits(3, part));
     cases_destroy();
     return ferror(stdout) || fclose(stdout) != 0;
 }

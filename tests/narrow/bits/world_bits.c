@@ -39,7 +39,7 @@ static uint32_t put(world *w, random_state *r, int i)
     return id;
 }
 
-uint64_t world_bits(unsigned workers)
+uint64_t world_bits(unsigned workers, int part)
 {
     random_state r = {1618};
     uint32_t ids[BODIES], subscription = WORLD_NONE;
@@ -57,7 +57,7 @@ uint64_t world_bits(unsigned workers)
     world_batches out = {.hash = 0};
     if (world_put_subscription(w, &subscription, &all) != WORLD_OK) abort();
     for (int i = 0; i < BODIES; i++) ids[i] = put(w, &r, i);
-    for (int tick = 1; tick <= TICKS; tick++) {
+    for (int tick = 1; tick <= TICKS / part; tick++) {
         for (int i = 0; i < MOVED; i++) {
             uint32_t id = ids[random_bits(&r) % BODIES];
             vec3 from = world_body_pose(w, id).p, velocity = vec_scale(random_direction(&r), 5);
