@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static const transport_ops *const transports[] = {&transport_dds_ops, &transport_lcm_ops};
+static const transport_ops *const transports[] = {&transport_dds_ops, &transport_lcm_ops, &transport_pipe_ops};
 enum { TRANSPORTS = sizeof transports / sizeof transports[0] };
 
 static _Thread_local char connect_error[SESSION_ERROR_MAX];

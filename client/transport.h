@@ -67,6 +67,6 @@ struct transport { /* the head of each transport's own struct */
     const transport_ops *ops;
 };
 
-extern const transport_ops transport_dds_ops, transport_lcm_ops;
+extern const transport_ops transport_dds_ops, transport_lcm_ops, transport_pipe_ops;
 
 #endif

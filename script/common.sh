@@ -10,7 +10,7 @@ die() { say "$*"; exit 1; }
 # What the daemon, its client library and the tools are built from.
 packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cyclonedds-tools liblcm-dev liblcm-bin
     libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libssl-dev openssl
-    libassimp-dev libxml2-dev libcyaml-dev libpng-dev libwebsockets-dev
+    libassimp-dev libxml2-dev libcyaml-dev libpng-dev libwebsockets-dev zlib1g-dev
     iproute2 util-linux python3)
 # What the Python package is built from, and needs.
 packages_python=(python3-cffi python3-dev python3-numpy python3-setuptools python3-wheel)
@@ -19,7 +19,7 @@ packages_web=(clang-14 lld-14 wasi-libc libclang-rt-dev-wasm32)
 command -v node >/dev/null || packages_web+=(nodejs)
 command -v npm >/dev/null || packages_web+=(npm)
 # What the tests and benchmarks need beside it.
-packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
+packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev python3-gmpy2 clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps man-db groff bsdextrautils bash-completion systemd lintian debootstrap dpkg-dev binutils file
     iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox libfastrtps-dev gcc-aarch64-linux-gnu libc6-dev-arm64-cross
     qemu-user-static docker-compose locales abigail-tools "${packages_python[@]}" mypy "${packages_web[@]}" chromium)

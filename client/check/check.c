@@ -25,6 +25,18 @@ typedef struct vec {
     double x, y, z;
 } vec;
 
+/* What is read and written is stated in ACSL, which Frama-C holds against the code, for the inputs of proofs/inputs.c.
+ * (Of functions of numbers alone nothing needs to be stated.) An array is there if its count is one that is taken. */
+/*@ predicate vector_is_there(double *v) = \valid_read(v + (0 .. 2));
+    predicate pose_is_there(double *p) = \valid_read(p + (0 .. 6));
+    predicate points_are_there(collided_check_shape *s) = \valid_read(s->points + (0 .. 3 * s->point_count - 1));
+    predicate core_is_there(collided_check_shape *s) = \valid_read(s) &&
+      (s->kind == COLLIDED_CHECK_HULL && s->points != \null && 1 <= s->point_count <= COLLIDED_CHECK_POINTS_MOST
+        ==> points_are_there(s));
+    predicate shape_is_there(collided_check_shape *s) = core_is_there(s) &&
+      (s->kind == COLLIDED_CHECK_COMPOUND && s->children != \null && 1 <= s->child_count <= COLLIDED_CHECK_CHILDREN_MOST
+        ==> \valid_read(s->children + (0 .. s->child_count - 1))); */
+
 static double magnitude(double x)
 {
     return x < 0 ? -x : x;
@@ -33,9 +45,16 @@ static double larger(double a, double b)
 {
     return a > b ? a : b;
 }
+/*@ requires vector_is_there(v); assigns \nothing; */
 static vec vec_of(const double v[3], double by)
 {
     return (vec){v[0] * by, v[1] * by, v[2] * by};
+}
+/* From one point to another. */
+/*@ requires vector_is_there(a) && vector_is_there(b); assigns \nothing; */
+static vec between(const double a[3], const double b[3], double by)
+{
+    return (vec){(b[0] - a[0]) * by, (b[1] - a[1]) * by, (b[2] - a[2]) * by};
 }
 static vec plus(vec a, vec b)
 {
@@ -69,6 +88,7 @@ static double length_at_most(vec a)
 
 /* v + 2 (w (u x v) + u x (u x v)) / |q|^2: turned by the quaternion q = (w, u), which need not be unit; `way` -1: back.
  */
+/*@ requires \valid_read(q + (0 .. 3)); assigns \nothing; */
 static vec turned(const double q[4], double way, vec v)
 {
     vec u = {q[1], q[2], q[3]}, c = cross(u, v);
@@ -82,6 +102,7 @@ static bool fits(double x)
 {
     return x >= -MOST && x <= MOST;
 }
+/*@ requires vector_is_there(v); assigns \nothing; */
 static bool fits3(const double v[3])
 {
     return fits(v[0]) && fits(v[1]) && fits(v[2]);
@@ -94,22 +115,29 @@ static bool is_unit(double square)
 {
     return square >= 1 - UNIT && square <= 1 + UNIT;
 }
+/*@ requires vector_is_there(v); assigns \nothing; */
 static bool is_axis(const double v[3])
 {
-    return fits3(v) && is_unit(dot(vec_of(v, 1), vec_of(v, 1)));
+    return is_unit(dot(vec_of(v, 1), vec_of(v, 1)));
 }
+/*@ requires pose_is_there(p); assigns \nothing; */
 static bool is_pose(const double p[7])
 {
-    return fits3(p) && fits(p[3]) && fits(p[4]) && fits(p[5]) && fits(p[6]) &&
-           is_unit(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6]);
+    return fits3(p) && is_unit(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6]);
 }
 
+static double greatest(vec v)
+{
+    return larger(larger(magnitude(v.x), magnitude(v.y)), magnitude(v.z));
+}
+/*@ requires vector_is_there(v); assigns \nothing; */
 static double most3(const double v[3])
 {
-    return larger(larger(magnitude(v[0]), magnitude(v[1])), magnitude(v[2]));
+    return greatest(vec_of(v, 1));
 }
 
 /* A shape that is no compound. *most grows to the greatest number of its sizes, points and position. */
+/*@ requires core_is_there(s) && \valid(most); assigns *most; ensures 0 <= \result <= 13; */
 static collided_check_status look_at_core(const collided_check_shape *s, double *most)
 {
     if (s->kind < COLLIDED_CHECK_SPHERE || s->kind > COLLIDED_CHECK_HULL) return COLLIDED_CHECK_BAD_KIND;
@@ -128,6 +156,7 @@ static collided_check_status look_at_core(const collided_check_shape *s, double 
     return COLLIDED_CHECK_PROVEN;
 }
 
+/*@ requires shape_is_there(s) && \valid(most); assigns *most; ensures 0 <= \result <= 13; */
 static collided_check_status look_at(const collided_check_shape *s, double *most)
 {
     if (s->kind != COLLIDED_CHECK_COMPOUND) return look_at_core(s, most);
@@ -164,11 +193,13 @@ typedef struct placed {
     double radius, deviation; /* in units of the scale */
 } placed;
 
+/*@ requires \valid_read(s); assigns \nothing; */
 static size_t part_count(const collided_check_shape *s)
 {
     return s->kind == COLLIDED_CHECK_COMPOUND ? s->child_count : 1;
 }
 
+/*@ requires shape_is_there(s) && pose_is_there(pose); assigns \nothing; ensures 2 <= \result.frames <= 3; */
 static placed part_of(const collided_check_shape *s, const double *pose, size_t index, double by)
 {
     placed p = {s, {pose, s->pose, s->pose}, 2, s->radius * by, s->deviation * by};
@@ -181,6 +212,7 @@ static placed part_of(const collided_check_shape *s, const double *pose, size_t 
     return p;
 }
 
+/*@ requires core_is_there(s); assigns \nothing; */
 static double core_support(const collided_check_shape *s, vec d, double by)
 {
     double x = s->half[0] * by, y = s->half[1] * by, z = s->half[2] * by;
@@ -205,6 +237,7 @@ static double core_support(const collided_check_shape *s, vec d, double by)
 }
 
 /* Greatest n . x of a shape's points, from the position of its body; `size` is |n|. */
+/*@ requires shape_is_there(s) && pose_is_there(pose); assigns \nothing; */
 static double support(const collided_check_shape *s, const double *pose, vec n, double size, double by)
 {
     double most = -INFINITY;
@@ -222,6 +255,8 @@ static double support(const collided_check_shape *s, const double *pose, vec n, 
 }
 
 /* Least n . (b - a) of their points, for the unit vector along the axis; beside a half-space for its normal. */
+/*@ requires shape_is_there(a) && pose_is_there(pose_a) && shape_is_there(b) && pose_is_there(pose_b);
+    assigns \nothing; */
 static double gap(const collided_check_shape *a, const double *pose_a, const collided_check_shape *b,
     const double *pose_b, const double axis[3], double by)
 {
@@ -231,17 +266,17 @@ static double gap(const collided_check_shape *a, const double *pose_a, const col
     vec n = plane_a   ? turned(pose_a + 3, 1, turned(a->pose + 3, 1, up))
             : plane_b ? turned(pose_b + 3, 1, turned(b->pose + 3, 1, down))
                       : vec_of(axis, 1);
-    vec between = {(pose_b[0] - pose_a[0]) * by, (pose_b[1] - pose_a[1]) * by, (pose_b[2] - pose_a[2]) * by};
     double size = plane_a || plane_b ? 1 : length(n); /* a normal is unit, but for rounding */
     double reach = support(a, pose_a, n, size, by) + support(b, pose_b, times(-1, n), size, by);
-    return (dot(n, between) - reach) / size;
+    return (dot(n, between(pose_a, pose_b, by)) - reach) / size;
 }
 
+/*@ requires shape_is_there(a) && pose_is_there(pose_a) && shape_is_there(b) && pose_is_there(pose_b);
+    assigns \nothing; */
 static double proven_gap(const collided_check_shape *a, const double *pose_a, const collided_check_shape *b,
     const double *pose_b, const double axis[3], double most)
 {
-    for (int i = 0; i < 3; i++) most = larger(most, magnitude(pose_b[i] - pose_a[i]));
-    double scale = scale_above(most);
+    double scale = scale_above(larger(most, greatest(between(pose_a, pose_b, 1))));
     return (gap(a, pose_a, b, pose_b, axis, 1 / scale) - LO_SLACK) * scale;
 }
 
@@ -266,6 +301,7 @@ static double cone_distance(vec q, double r, double h)
 }
 
 /* Whatever u is proposed, it is put into the ball that the ellipsoid stretches. */
+/*@ requires vector_is_there(a); assigns \nothing; */
 static double ellipsoid_distance(vec q, const double a[3])
 {
     double at[3] = {q.x, q.y, q.z}, u[3];
@@ -275,6 +311,7 @@ static double ellipsoid_distance(vec q, const double a[3])
 }
 
 /* Weights that are not negative make a point of the hull of its points, whatever they are. */
+/*@ requires \valid_read(s) && points_are_there(s); assigns \nothing; */
 static double hull_distance(const collided_check_shape *s, vec q, double by)
 {
     double at[3] = {q.x, q.y, q.z}, weights[4], all = 0;
@@ -289,6 +326,7 @@ static double hull_distance(const collided_check_shape *s, vec q, double by)
     return is_unit(all) ? length(sum) / all : INFINITY;
 }
 
+/*@ requires core_is_there(s); assigns \nothing; */
 static double core_distance(const collided_check_shape *s, vec q, double by)
 {
     double half[3] = {s->half[0] * by, s->half[1] * by, s->half[2] * by};
@@ -315,13 +353,13 @@ static double core_distance(const collided_check_shape *s, vec q, double by)
 }
 
 /* How far a world point is from a shape, at most, and that from what the shape stands for. */
+/*@ requires shape_is_there(s) && pose_is_there(pose) && vector_is_there(point); assigns \nothing; */
 static double outside(const collided_check_shape *s, const double *pose, const double point[3], double by)
 {
     double least = INFINITY;
     for (size_t i = 0; i < part_count(s); i++) {
         placed p = part_of(s, pose, i, by);
-        vec q = {(point[0] - pose[0]) * by, (point[1] - pose[1]) * by, (point[2] - pose[2]) * by};
-        q = turned(pose + 3, -1, q);
+        vec q = turned(pose + 3, -1, between(pose, point, by));
         for (int k = 1; k < p.frames; k++) q = turned(p.poses[k] + 3, -1, minus(q, vec_of(p.poses[k], by)));
         double core = core_distance(p.core, q, by), out = core <= p.radius ? 0 : core - p.radius;
         if (out + p.deviation < least) least = out + p.deviation;
@@ -329,22 +367,27 @@ static double outside(const collided_check_shape *s, const double *pose, const d
     return least;
 }
 
+/*@ requires shape_is_there(a) && pose_is_there(pose_a) && shape_is_there(b) && pose_is_there(pose_b) &&
+      \valid_read(claim);
+    assigns \nothing; */
 static double proven_hi(const collided_check_shape *a, const double *pose_a, const collided_check_shape *b,
     const double *pose_b, const collided_check_claim *claim, double most)
 {
     const double *at = claim->point_a, *to = claim->point_b;
-    for (int i = 0; i < 3; i++) {
-        most = larger(most, larger(magnitude(at[i] - pose_a[i]), magnitude(to[i] - pose_b[i])));
-        most = larger(most, magnitude(to[i] - at[i]));
-    }
-    double scale = scale_above(most), by = 1 / scale;
-    vec apart = {(to[0] - at[0]) * by, (to[1] - at[1]) * by, (to[2] - at[2]) * by};
-    double sum = length(apart) + (outside(a, pose_a, at, by) + outside(b, pose_b, to, by));
+    most = larger(most, larger(greatest(between(pose_a, at, 1)), greatest(between(pose_b, to, 1))));
+    double scale = scale_above(larger(most, greatest(between(at, to, 1)))), by = 1 / scale;
+    double sum = length(between(at, to, by)) + (outside(a, pose_a, at, by) + outside(b, pose_b, to, by));
     return (sum + HI_SLACK) * scale;
 }
 
 /* ---- the functions of the header ---- */
 
+/*@ requires (a == \null || shape_is_there(a)) && (b == \null || shape_is_there(b));
+    requires (pose_a == \null || pose_is_there(pose_a)) && (pose_b == \null || pose_is_there(pose_b));
+    requires (claim == \null || \valid_read(claim)) && (proven == \null || \valid(proven));
+    ensures \result \in {0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 13};
+    behavior refused: assumes proven == \null; assigns \nothing;
+    behavior told: assumes proven != \null; assigns *proven; */
 collided_check_status collided_check_distance(const collided_check_shape *a, const double pose_a[7],
     const collided_check_shape *b, const double pose_b[7], const collided_check_claim *claim, double allowed_m,
     collided_check_proven *proven)
@@ -370,6 +413,7 @@ collided_check_status collided_check_distance(const collided_check_shape *a, con
     return claim->hi < 0 ? COLLIDED_CHECK_DEPTH_UNPROVEN : COLLIDED_CHECK_HI_UNPROVEN;
 }
 
+/*@ requires 1 <= count <= COLLIDED_CHECK_TIMES_MOST && \valid_read(times + (0 .. count - 1)); assigns \nothing; */
 static bool rise(const double *times, size_t count)
 {
     for (size_t i = 0; i < count; i++)
@@ -390,6 +434,13 @@ static bool keeps_apart(double first, double last, double margin, double taken)
     return sum - need > RULE_SLACK * size + TINY;
 }
 
+/*@ requires (a == \null || shape_is_there(a)) && (b == \null || shape_is_there(b)) && (m == \null || \valid_read(m));
+    requires m != \null &&
+      2 <= m->count <= COLLIDED_CHECK_TIMES_MOST ==> (m->times == \null || \valid_read(m->times + (0 .. m->count - 1)))
+   && (m->poses_a == \null || \valid_read(m->poses_a + (0 .. 7 * m->count - 1))) && (m->poses_b == \null ||
+   \valid_read(m->poses_b + (0 .. 7 * m->count - 1))) && (m->axes == \null || \valid_read(m->axes + (0 .. 3 * m->count -
+   1))); requires until == \null || \valid(until); ensures \result \in {0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13}; behavior
+   refused: assumes until == \null; assigns \nothing; behavior told: assumes until != \null; assigns *until; */
 collided_check_status collided_check_motion_free(
     const collided_check_shape *a, const collided_check_shape *b, const collided_check_motion *m, double *until)
 {
@@ -424,6 +475,9 @@ collided_check_status collided_check_motion_free(
     return COLLIDED_CHECK_PROVEN;
 }
 
+/*@ requires travel == \null || count > COLLIDED_CHECK_JOINTS_MOST || \valid_read(travel + (0 .. count - 1));
+    requires arm == \null || count > COLLIDED_CHECK_JOINTS_MOST || \valid_read(arm + (0 .. count - 1));
+    assigns \nothing; */
 double collided_check_joint_speed(size_t count, const double *travel, const double *arm)
 {
     double sum = 0;
@@ -436,6 +490,7 @@ double collided_check_joint_speed(size_t count, const double *travel, const doub
 }
 
 /* How far from its body's position a shape reaches at most. */
+/*@ requires shape_is_there(s); assigns \nothing; */
 static double reach_of(const collided_check_shape *s)
 {
     double most = 0;
@@ -450,6 +505,13 @@ static double reach_of(const collided_check_shape *s)
     return most;
 }
 
+/*@ requires (a == \null || shape_is_there(a)) && (b == \null || shape_is_there(b));
+    requires (linear_a == \null || vector_is_there(linear_a)) && (angular_a == \null || vector_is_there(angular_a));
+    requires (linear_b == \null || vector_is_there(linear_b)) && (angular_b == \null || vector_is_there(angular_b));
+    requires (speed == \null || \valid(speed)) && (bend == \null || \valid(bend));
+    ensures \result \in {0, 5, 6, 7, 8, 9, 11, 13};
+    behavior refused: assumes speed == \null || bend == \null; assigns \nothing;
+    behavior told: assumes speed != \null && bend != \null; assigns *speed, *bend; */
 collided_check_status collided_check_twist(const collided_check_shape *a, const double linear_a[3],
     const double angular_a[3], const collided_check_shape *b, const double linear_b[3], const double angular_b[3],
     double *speed, double *bend)
@@ -474,15 +536,17 @@ collided_check_status collided_check_twist(const collided_check_shape *a, const 
 }
 
 /* Corner i of the polygon of differences: it holds the origin when the features meet. */
+/*@ requires \valid_read(points + (0 .. 11)) && 0 <= i < 4 && (kind == COLLIDED_CHECK_VERTEX_FACE ==> i < 3);
+    assigns \nothing; */
 static vec corner(int32_t kind, const double points[12], int i, double by)
 {
     int from = kind == COLLIDED_CHECK_VERTEX_FACE ? 0 : i / 2,
         to = kind == COLLIDED_CHECK_VERTEX_FACE ? i + 1 : 2 + i % 2;
-    const double *a = points + 3 * from, *b = points + 3 * to;
-    return (vec){(b[0] - a[0]) * by, (b[1] - a[1]) * by, (b[2] - a[2]) * by};
+    return between(points + 3 * from, points + 3 * to, by);
 }
 
 /* Is the direction's product with each corner, which is linear in time, above the separation at both times? */
+/*@ requires \valid_read(f); assigns \nothing; */
 static bool parts(const collided_check_features *f, vec d, double from, double to, double scale)
 {
     double by = 1 / scale, least = f->separation * by * length(d) + FEATURE_SLACK;
@@ -494,6 +558,13 @@ static bool parts(const collided_check_features *f, vec d, double from, double t
     return apart;
 }
 
+/*@ requires (f == \null || \valid_read(f)) && (until == \null || \valid(until));
+    requires f != \null &&
+      1 <= f->count < COLLIDED_CHECK_TIMES_MOST ==> (f->times == \null || \valid_read(f->times + (0 .. f->count))) &&
+      (f->directions == \null || \valid_read(f->directions + (0 .. 3 * f->count - 1)));
+    ensures \result \in {0, 4, 5, 6, 8, 10, 12, 13};
+    behavior refused: assumes until == \null; assigns \nothing;
+    behavior told: assumes until != \null; assigns *until; */
 collided_check_status collided_check_features_free(const collided_check_features *f, double *until)
 {
     if (!until) return COLLIDED_CHECK_NO_POINTER;
@@ -508,9 +579,8 @@ collided_check_status collided_check_features_free(const collided_check_features
         return COLLIDED_CHECK_BAD_TIMES;
     double most = f->separation;
     for (int i = 0; i < (f->kind == COLLIDED_CHECK_VERTEX_FACE ? 3 : 4); i++) {
-        vec start = corner(f->kind, f->start, i, 1), end = corner(f->kind, f->end, i, 1);
-        most = larger(most, larger(larger(magnitude(start.x), magnitude(start.y)), magnitude(start.z)));
-        most = larger(most, larger(larger(magnitude(end.x), magnitude(end.y)), magnitude(end.z)));
+        most = larger(most, greatest(corner(f->kind, f->start, i, 1)));
+        most = larger(most, greatest(corner(f->kind, f->end, i, 1)));
     }
     double scale = scale_above(most);
     *until = f->times[0];

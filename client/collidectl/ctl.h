@@ -35,7 +35,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     const char *out;
     bool list;
     double excess_m;
-    const char *output; /* NULL = none */
+    const char *output, *mcap; /* NULL = none */
 } ctl_options;
 
 typedef struct ctl {

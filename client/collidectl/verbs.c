@@ -67,6 +67,23 @@ const ctl_verb ctl_verbs[] = {
         "Runs 'collided --replay', found beside collidectl or in PATH. Each tick is held against what was recorded; of "
         "the\n"
         "first that differs it tells the event and the fields, with both values.\n"},
+    {"export", "FILE", 1, 1, verb_export, "Writes a recording as a file for Foxglove and its like (MCAP)",
+        "The recording is replayed with one more client, who observes all bodies, and subscribes to all pairs:\n"
+        "touches, distances below --range, impacts, and what is predicted within --horizon. The file has, as JSON by\n"
+        "Foxglove's schemas or our own:\n"
+        "  /collided/scene       bodies with their shapes; all of them, when something changes, at most each second\n"
+        "  /collided/transforms  poses, world to body:NAME, --rate times a second at most\n"
+        "  /collided/contacts    what touches, is near or is predicted: axes and witness points\n"
+        "  /collided/distances   counts; the nearest pair with its interval, the soonest prediction: to plot\n"
+        "  /collided/events      begins, ends, impacts, gaps, ...; /collided/log has the same in words\n"
+        "  /collided/raw/...     the recorded messages, in LCM's encoding\n"
+        "Contacts have other numbers than in the recording, since this client asks for more. Of a recording that is\n"
+        "damaged what comes before the damage is written, and the exit status is 65.\n"},
+    {"film", "FILE", 1, 1, verb_film, "Writes a recording as one HTML file that shows it from disk",
+        "The page of collided-web with the session in it: picture, pairs, timeline and proofs, with a slider; nothing "
+        "is\n"
+        "fetched from anywhere. The recording is replayed as by 'export'. Needs the built page (package "
+        "collided-web).\n"},
     {"trade", "[FILE]", 0, 1, verb_trade, "Tells what accuracy costs in a recorded session, and which to use",
         "The recording is replayed at each accuracy side by side, by 'collided --replay FILE --trade'. Without FILE\n"
         "the daemon records itself first, for --seconds, in its record_dir. Prints, per pair of shape types and\n"

@@ -17,6 +17,8 @@ int verb_query(ctl *c);
 const char *verb_query_kind(size_t i); /* what can be asked, for the completion; NULL ends them */
 int verb_record(ctl *c);
 int verb_replay(ctl *c);
+int verb_film(ctl *c);
+int verb_export(ctl *c);
 int verb_trade(ctl *c);
 int verb_doctor(ctl *c);
 int verb_forget(ctl *c);

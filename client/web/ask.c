@@ -1,6 +1,6 @@
 /* ask: questions of a page, put to the daemon and answered one at a time. */
-#include "json.h"
 #include "web.h"
+#include "window/json_buffer.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,61 +8,61 @@
 
 #define PATIENCE_S 1.0
 
-static void put_hit(json *j, const collided_hit *h, bool is_body)
+static void put_hit(json_buffer *j, const collided_hit *h, bool is_body)
 {
-    json_raw(j, "{");
-    json_name(j, "name_a");
-    json_text(j, h->name_a);
-    json_name(j, "name_b");
-    json_text(j, h->name_b);
-    json_name(j, "age_s");
-    json_number(j, h->age_s);
-    json_name(j, "stale");
-    json_flag(j, h->stale);
+    json_buffer_raw(j, "{");
+    json_buffer_name(j, "name_a");
+    json_buffer_text(j, h->name_a);
+    json_buffer_name(j, "name_b");
+    json_buffer_text(j, h->name_b);
+    json_buffer_name(j, "age_s");
+    json_buffer_number(j, h->age_s);
+    json_buffer_name(j, "stale");
+    json_buffer_flag(j, h->stale);
     if (is_body) {
-        json_name(j, "position");
-        json_numbers(j, h->point_a, 3);
-        json_name(j, "orientation");
-        json_numbers(j, h->orientation, 4);
+        json_buffer_name(j, "position");
+        json_buffer_numbers(j, h->point_a, 3);
+        json_buffer_name(j, "orientation");
+        json_buffer_numbers(j, h->orientation, 4);
     } else {
-        json_name(j, "lo");
-        json_number(j, h->lo);
-        json_name(j, "hi");
-        json_number(j, h->hi);
-        json_name(j, "axis");
-        json_numbers(j, h->axis, 3);
-        json_name(j, "point_a");
-        json_numbers(j, h->point_a, 3);
-        json_name(j, "point_b");
-        json_numbers(j, h->point_b, 3);
-        json_name(j, "achieved");
-        json_count(j, h->achieved);
+        json_buffer_name(j, "lo");
+        json_buffer_number(j, h->lo);
+        json_buffer_name(j, "hi");
+        json_buffer_number(j, h->hi);
+        json_buffer_name(j, "axis");
+        json_buffer_numbers(j, h->axis, 3);
+        json_buffer_name(j, "point_a");
+        json_buffer_numbers(j, h->point_a, 3);
+        json_buffer_name(j, "point_b");
+        json_buffer_numbers(j, h->point_b, 3);
+        json_buffer_name(j, "achieved");
+        json_buffer_count(j, h->achieved);
     }
-    json_raw(j, "}");
+    json_buffer_raw(j, "}");
 }
 
 static void answer(web *w, viewer *v, const request *q, const char *status, const collided_result *r)
 {
-    json j = {0};
-    json_raw(&j, "{");
-    json_name(&j, "id");
-    json_count(&j, q->id);
-    json_name(&j, "status");
-    json_text(&j, status);
-    json_name(&j, "text");
-    json_text(&j, r && r->text ? r->text : "");
-    json_name(&j, "tick");
-    json_whole(&j, r ? r->tick : 0);
-    json_name(&j, "hits");
-    json_raw(&j, "[");
+    json_buffer j = {0};
+    json_buffer_raw(&j, "{");
+    json_buffer_name(&j, "id");
+    json_buffer_count(&j, q->id);
+    json_buffer_name(&j, "status");
+    json_buffer_text(&j, status);
+    json_buffer_name(&j, "text");
+    json_buffer_text(&j, r && r->text ? r->text : "");
+    json_buffer_name(&j, "tick");
+    json_buffer_whole(&j, r ? r->tick : 0);
+    json_buffer_name(&j, "hits");
+    json_buffer_raw(&j, "[");
     bool is_body = strcmp(q->what, "body") == 0, first = true;
     for (size_t i = 0; r && i < r->count; i++) {
         if (is_body && strcmp(r->hits[i].name_a, q->a) != 0) continue; /* a name may look like a pattern */
-        if (!first) json_raw(&j, ",");
+        if (!first) json_buffer_raw(&j, ",");
         put_hit(&j, &r->hits[i], is_body);
         first = false;
     }
-    json_raw(&j, "]}");
+    json_buffer_raw(&j, "]}");
     frame_text(&w->scratch, FRAME_ANSWER, w->mirror, j.at);
     viewer_queue(v, &w->scratch);
     free(j.at);

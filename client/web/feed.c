@@ -1,5 +1,6 @@
 /* feed: what the daemon tells. The scene is observed while some page is open, pairs are watched while some page looks
  * at them; nobody looks: nothing is asked for. */
+#include "foxview.h"
 #include "web.h"
 
 #include <math.h>
@@ -52,6 +53,7 @@ void feed_watch(web *w)
         looks |= v->known;
         watches |= v->subscribed && (v->contacts || v->events);
     }
+    foxview_needs(w, &looks, &watches);
     if (looks && !w->observes) observe(w);
     if (!looks && w->observes) {
         (void)collided_unsubscribe(w->client, w->observation);
@@ -87,4 +89,5 @@ void feed_poll(web *w)
     w->connected = heard && w->epoch;
     collided_flush(w->client);
     viewer_news(w);
+    foxview_news(w);
 }

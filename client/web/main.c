@@ -1,8 +1,9 @@
 /* main: collided-web, the window of the collision daemon for browsers: a process of its own that serves a page and what
  * it shows, as an ordinary subscriber. Parses the command line, runs libwebsockets' loop. One thread beside that of the
  * client library. */
-#include "index.h"
+#include "foxview.h"
 #include "web.h"
+#include "window/index.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -145,19 +146,45 @@ static int on_page(struct lws *wsi, enum lws_callback_reasons reason, void *user
     }
 }
 
+static int on_foxglove(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t size)
+{
+    foxview *v = user;
+    switch (reason) {
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+        if (foxview_may(wsi, web_of(wsi))) return admit(wsi, web_of(wsi));
+        (void)lws_return_http_status(wsi, 403, "the token is the last part of the path: /foxglove/TOKEN");
+        return -1;
+    case LWS_CALLBACK_ESTABLISHED:
+        foxview_open(web_of(wsi), v, wsi);
+        return 0;
+    case LWS_CALLBACK_RECEIVE:
+        return foxview_receive(
+            v, in, size, lws_is_final_fragment(wsi) && !lws_remaining_packet_payload(wsi), lws_frame_is_binary(wsi));
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+        return foxview_write(v);
+    case LWS_CALLBACK_CLOSED:
+        foxview_close(v);
+        return 0;
+    default:
+        return 0;
+    }
+}
+
 /* The client library's descriptor, in the same loop. */
 static int on_daemon(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t size)
 {
     (void)user;
     (void)in;
     (void)size;
-    if (reason == LWS_CALLBACK_RAW_RX_FILE) feed_poll(web_of(wsi));
+    if (reason == LWS_CALLBACK_RAW_RX_FILE && web_of(wsi)->client) feed_poll(web_of(wsi));
     return 0;
 }
 
 static const struct lws_protocols PROTOCOLS[] = {
     {"http", on_http, sizeof(getting), 0, 0, NULL, 0},
     {"collided.web.v1", on_page, sizeof(viewer), REQUEST_MAX, 0, NULL, 0},
+    {"foxglove.sdk.v1", on_foxglove, sizeof(foxview), REQUEST_MAX, 0, NULL, 0},
+    {"foxglove.websocket.v1", on_foxglove, sizeof(foxview), REQUEST_MAX, 0, NULL, 0},
     {"daemon", on_daemon, 0, 0, 0, NULL, 0},
     {NULL, NULL, 0, 0, 0, NULL, 0},
 };
@@ -191,7 +218,7 @@ static void confine(void)
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     prctl(PR_SET_DUMPABLE, 0, 0, 0, 0);
     (void)setrlimit(RLIMIT_CORE, &none);
-    (void)setrlimit(RLIMIT_NPROC, &none);
+    if (!the_web->options.file) (void)setrlimit(RLIMIT_NPROC, &none); /* a replay is begun anew to go back */
 }
 
 static int fail(int status, const char *format, const char *what)
@@ -233,11 +260,30 @@ static int open_server(web *w)
     w->context = lws_create_context(&info);
     if (!w->context)
         return fail(EX_UNAVAILABLE, "cannot listen at %s: is the port taken? --port chooses another", w->options.host);
-    lws_sock_file_fd_type fd = {.filefd = w->client_fd};
-    if (!lws_adopt_descriptor_vhost(
-            lws_get_vhost_by_name(w->context, "default"), LWS_ADOPT_RAW_FILE_DESC, fd, "daemon", NULL))
-        return fail(EX_SOFTWARE, "%s", "libwebsockets does not watch the daemon's descriptor");
-    return EX_OK;
+    return web_watch(w) ? EX_OK : EX_SOFTWARE;
+}
+
+bool web_watch(web *w)
+{
+    const int fds[] = {w->client_fd, w->options.file ? w->replay_fd : -1};
+    for (int i = 0; i < 2; i++) {
+        lws_sock_file_fd_type fd = {.filefd = fds[i]};
+        w->watched[i] = fds[i] < 0 ? NULL
+                                   : lws_adopt_descriptor_vhost(lws_get_vhost_by_name(w->context, "default"),
+                                         LWS_ADOPT_RAW_FILE_DESC, fd, "daemon", NULL);
+        if (fds[i] >= 0 && !w->watched[i]) {
+            fail(EX_SOFTWARE, "%s", "libwebsockets does not watch the daemon's descriptor");
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Which closes them. */
+void web_unwatch(web *w)
+{
+    for (int i = 0; i < 2; i++)
+        if (w->watched[i]) lws_set_timeout(w->watched[i], PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
 }
 
 static void say_where(const web *w)
@@ -257,8 +303,11 @@ static int run(web *w)
     lws_sul_schedule(w->context, 0, &w->second, on_second, LWS_US_PER_SEC);
     confine();
     say_where(w);
-    while (!w->stop && lws_service(w->context, 0) >= 0) feed_poll(w);
-    return EX_OK;
+    while (!w->stop && lws_service(w->context, 0) >= 0) {
+        recorded_tend(w);
+        if (!w->stop) feed_poll(w);
+    }
+    return w->client ? EX_OK : EX_UNAVAILABLE;
 }
 
 static int serve(web *w)
@@ -267,12 +316,14 @@ static int serve(web *w)
     w->site = site_read(root ? root : COLLIDED_WEB_INSTALLED);
     w->mirror = mirror_create();
     the_web = w;
-    int status = open_client(w);
+    int status = w->options.file ? recorded_open(w) : open_client(w);
     if (status == EX_OK) status = open_server(w);
     if (status == EX_OK) status = run(w);
     if (w->context) lws_context_destroy(w->context);
     if (w->client) collided_close(w->client);
+    recorded_close(w);
     mirror_destroy(w->mirror);
+    triangles_free_all(&w->kept);
     site_free(w->site);
     frame_free(&w->scratch);
     frame_free(&w->shared);
@@ -286,6 +337,7 @@ static const char HELP[] =
     "Serves a page on which a browser sees the daemon's world live: bodies, contacts with their intervals and\n"
     "proofs, distances, predicted impacts. Prints the page's address, which holds the token, as its first line.\n\n"
     "  --connect URI        the daemon (dds://0)\n"
+    "  --file FILE          a recording in place of a daemon: pages play, pause and seek it\n"
     "  --interface NAME     network interface towards the daemon (loopback)\n"
     "  --security FOLDER    DDS: certificate and permissions of this subscriber (COLLIDED_SECURITY)\n"
     "  --name NAME          its name for the daemon (collided-web)\n"
@@ -370,6 +422,9 @@ static bool take_option(web_options *o, parsed *p, int which, const char *value)
     case 'c':
         o->connect = value;
         return true;
+    case 'f':
+        o->file = value;
+        return true;
     case 'i':
         o->interface = value;
         return true;
@@ -414,9 +469,9 @@ static bool take_option(web_options *o, parsed *p, int which, const char *value)
 
 int main(int argc, char **argv)
 {
-    static const struct option OPTIONS[] = {{"connect", 1, NULL, 'c'}, {"interface", 1, NULL, 'i'},
-        {"security", 1, NULL, 's'}, {"name", 1, NULL, 'n'}, {"port", 1, NULL, 'p'}, {"host", 1, NULL, 'H'},
-        {"token-file", 1, NULL, 't'}, {"no-token", 0, NULL, 'T'}, {"allow-host", 1, NULL, 'a'},
+    static const struct option OPTIONS[] = {{"connect", 1, NULL, 'c'}, {"file", 1, NULL, 'f'},
+        {"interface", 1, NULL, 'i'}, {"security", 1, NULL, 's'}, {"name", 1, NULL, 'n'}, {"port", 1, NULL, 'p'},
+        {"host", 1, NULL, 'H'}, {"token-file", 1, NULL, 't'}, {"no-token", 0, NULL, 'T'}, {"allow-host", 1, NULL, 'a'},
         {"allow-origin", 1, NULL, 'o'}, {"rate", 1, NULL, 'R'}, {"range", 1, NULL, 'g'}, {"horizon", 1, NULL, 'z'},
         {"tolerance", 1, NULL, 'w'}, {"root", 1, NULL, 'r'}, {"help", 0, NULL, 'h'}, {"version", 0, NULL, 'v'},
         {NULL, 0, NULL, 0}};

@@ -35,12 +35,14 @@ if(missing)
 endif()
 set(COLLIDED_WEB_PAGE_BUILT ON CACHE INTERNAL "The page of collided-web is built")
 
-# verify.wasm: the checker. No contraction, no vector units: the bits of the library. Stripped, so that no path is in it.
+# verify.wasm: the checkers. No contraction, no vector units: the bits of the library. Stripped, so that no path is in it.
 set(web ${PROJECT_BINARY_DIR}/web)
 set(wasm ${web}/verify.wasm)
 set(checked verify.c verify_hull.c verify_scan.c verify_shape.c)
 list(TRANSFORM checked PREPEND ${PROJECT_SOURCE_DIR}/client/)
-list(APPEND checked ${CMAKE_CURRENT_SOURCE_DIR}/checker/checker.c)
+list(APPEND checked ${PROJECT_SOURCE_DIR}/client/check/check.c ${PROJECT_SOURCE_DIR}/client/check/propose.c
+  ${PROJECT_SOURCE_DIR}/client/check/machine.c)
+list(APPEND checked ${CMAKE_CURRENT_SOURCE_DIR}/checker/checker.c ${CMAKE_CURRENT_SOURCE_DIR}/checker/kernel.c)
 set(objects)
 foreach(source ${checked})
   get_filename_component(name ${source} NAME_WE)
@@ -53,7 +55,8 @@ foreach(source ${checked})
 endforeach()
 file(MAKE_DIRECTORY ${web}/objects)
 add_custom_command(OUTPUT ${wasm}
-  COMMAND ${COLLIDED_WASM_LD} --no-entry --strip-all --export=checker_room --export=checker_check -L/usr/lib/wasm32-wasi
+  COMMAND ${COLLIDED_WASM_LD} --no-entry --strip-all --export=checker_room --export=checker_check --export=checker_kernel
+    --export=checker_kernel_proven --export=checker_kernel_machine -L/usr/lib/wasm32-wasi
     ${objects} -lc -lm ${COLLIDED_WASM_BUILTINS} -o ${wasm}
   DEPENDS ${objects} VERBATIM)
 

@@ -1,8 +1,8 @@
 /* site: the files of the page. All of them are read when the server starts, from one folder and those below it, so that
  * no request ever names a file of this machine, and the process needs none later. Without a built page there is one
  * that needs no build (plain/). */
-#include "index.h"
 #include "web.h"
+#include "window/index.h"
 
 #include <dirent.h>
 #include <stdio.h>

@@ -1,13 +1,15 @@
 /* viewer: one page. What it must have (the scene, events, answers) waits in a queue that is bounded; where things are
  * now is put together when the socket takes it, from what has changed since it was sent last, so that a slow page gets
  * fewer states, and no state waits for it. */
-#include "index.h"
 #include "web.h"
+#include "window/index.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+_Static_assert(FRAME_ROOM >= LWS_PRE, "libwebsockets has room before a frame");
 
 enum { HELLO_S = 5, QUESTIONS_MAX = 64, EVENTS_A_FRAME = 1024 };
 enum { CLOSE_TOO_LARGE = 1009, CLOSE_SLOW = 1013, CLOSE_MALFORMED = 4400, CLOSE_TOKEN = 4401, CLOSE_CONTROL = 4403 };
@@ -31,7 +33,7 @@ void viewer_queue(viewer *v, const frame *f)
         return;
     }
     queued *q = web_allocate(1, sizeof *q);
-    q->frame.at = web_reserve(NULL, &q->frame.capacity, LWS_PRE + f->count, 1);
+    q->frame.at = web_reserve(NULL, &q->frame.capacity, FRAME_ROOM + f->count, 1);
     q->frame.count = f->count;
     memcpy(frame_octets(&q->frame), frame_octets(f), f->count);
     if (v->last)
@@ -208,7 +210,10 @@ static void take_request(viewer *v, const request *q)
         take_ask(v, q);
         break;
     case REQUEST_CONTROL:
-        end_viewer(v, CLOSE_CONTROL, "this server shows a live daemon: there is nothing to control");
+        if (v->web->options.file)
+            recorded_control(v->web, q);
+        else
+            end_viewer(v, CLOSE_CONTROL, "this server shows a live daemon: there is nothing to control");
         break;
     default:
         break; /* another hello */

@@ -2,9 +2,11 @@
 #ifndef COLLIDED_WEB_WEB_H
 #define COLLIDED_WEB_WEB_H
 
-#include "frames.h"
-#include "mirror.h"
 #include "request.h"
+#include "window/frames.h"
+#include "window/mirror.h"
+#include "window/playback.h"
+#include "window/triangles.h"
 
 #include <libwebsockets.h>
 
@@ -16,6 +18,7 @@ enum {
 };
 
 typedef struct web_options {
+    const char *file; /* a recording in place of a daemon; NULL: none */
     const char *connect, *host, *root, *security, *interface, *name;
     int port;
     double rate_hz, range_m, horizon_s, tolerance_m;
@@ -61,11 +64,20 @@ typedef struct web {
     web_options options;
     collided *client;
     int client_fd;
+    struct lws *watched[2]; /* the client's descriptor, and the replay's */
+    playback replay;        /* of options.file */
+    int replay_fd;
+    bool seeks, plays; /* asked for by a page, and not begun */
+    int64_t seek_ns, told_ns;
+    double play_speed;
     mirror *mirror;
     site *site;
     struct lws_context *context;
     viewer *viewers;
-    size_t viewer_count;
+    struct foxview *foxviews; /* who speak Foxglove's protocol */
+    triangles_kept kept;      /* geometries for these, by the mirror's numbers; */
+    uint32_t asked;           /* those below have been asked for */
+    size_t viewer_count;      /* of both */
     collided_subscription observation, contacts;
     bool observes, watches;
     uint64_t pose_states, contact_states; /* that came from the daemon */
@@ -105,6 +117,16 @@ void viewer_second(web *w); /* once a second */
 /* ask.c */
 void ask_answer(web *w, viewer *v, const request *q);
 void viewer_queue(viewer *v, const frame *f); /* a copy of it, to be sent in its turn */
+
+/* main.c: the client's descriptor and the replay's in libwebsockets' loop, and out of it. */
+bool web_watch(web *w);
+void web_unwatch(web *w);
+
+/* recorded.c: a recording in place of a daemon. */
+int recorded_open(web *w); /* connects; EX_OK, or an exit status after saying why not */
+void recorded_control(web *w, const request *q);
+void recorded_tend(web *w);
+void recorded_close(web *w);
 
 /* words.c: JSON texts, to be freed. */
 char *words_hello(const web *w);

@@ -54,6 +54,9 @@ typedef struct link_sink {
     bool (*much)(void *context);
     /* Somebody has come who reads Status, and may not get the one that was sent last. NULL: nobody wants to know. */
     void (*status_reader)(void *context, struct link *from);
+    /* So many messages of that kind, at least, were lost on their way, or had to be dropped. `client`: whose they were;
+     * 0: nobody knows. NULL: nobody wants to know. */
+    void (*lost)(void *context, struct link *from, wire_kind kind, int64_t client, size_t count);
 } link_sink;
 
 static inline bool link_has_much(const link_sink *sink)
@@ -93,10 +96,11 @@ typedef struct link_options {
 enum { LINK_KEY_MAX = 128 };
 
 typedef struct link_ops {
-    const char *scheme;  /* "dds", "lcm", "memory", "replay" */
+    const char *scheme;  /* "dds", "lcm", "memory", "replay", "pipe" */
     size_t size;         /* bytes of the link's own struct, which begins with a link; it starts out as zeros */
     bool has_liveliness; /* it reports lost clients itself */
     bool acknowledges;   /* its clients repeat messages until acknowledged */
+    bool loses_nothing;  /* whatever is published waits until it is read: a stream need keep nothing back */
     bool announces;      /* others notice when it is opened: of several links, it is opened last */
     /* What can be told of an address without opening it: see link_check. */
     int (*check)(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);

@@ -5,6 +5,7 @@
 #include "link_dds.h"
 #include "link_lcm.h"
 #include "link_memory.h"
+#include "link_pipe.h"
 #include "link_replay.h"
 
 #include <stdio.h>
@@ -12,7 +13,8 @@
 #include <string.h>
 #include <sysexits.h>
 
-static const link_ops *const transports[] = {&link_dds_ops, &link_lcm_ops, &link_memory_ops, &link_replay_ops};
+static const link_ops *const transports[] = {
+    &link_dds_ops, &link_lcm_ops, &link_memory_ops, &link_replay_ops, &link_pipe_ops};
 enum { TRANSPORT_COUNT = sizeof transports / sizeof transports[0] };
 
 /* What follows "scheme://", or NULL if that is not the URI's scheme. */

@@ -98,8 +98,9 @@ void backlog_free(backlog *b)
 bool backlog_is_passed(const service *s, const stream *to, const world_batch *batch, int32_t parts)
 {
     const backlog *b = &to->backlog;
-    if (batch->closing || s->replaying || standby_waits(s)) return true;
+    if (batch->closing || stream_is_replayed(s, to) || standby_waits(s)) return true;
     if (backlog_is_behind(b)) return false;
+    if (to->link->ops->loses_nothing) return true;
     if (batch->snapshot) return parts <= WINDOW_FIRST;
     return b->receipts ? to->batch - b->received + parts <= WINDOW_MOST : parts <= BLIND_PASS;
 }
@@ -299,11 +300,20 @@ static void send_blindly(service *s, stream *to)
         s->next_watch_ns = b->due_ns;
 }
 
+static void send_all(service *s, stream *to)
+{
+    backlog *b = &to->backlog;
+    while (b->next < b->entries.count) send_next(s, to);
+    emptied(s, to);
+}
+
 static void send_some(service *s, stream *to)
 {
     backlog *b = &to->backlog;
     if (standby_waits(s) || b->building || !waiting(b)) return;
-    if (!b->receipts)
+    if (to->link->ops->loses_nothing)
+        send_all(s, to);
+    else if (!b->receipts)
         send_blindly(s, to);
     else
         while (b->next < b->entries.count && b->next - b->first < b->window && !round_is_full(s)) send_next(s, to);

@@ -242,6 +242,10 @@ static const config_option OPTIONS[] = {
         "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",
         "The events are the same at any speed: ticks are given the recorded clock. SIGINT ends it after the tick that "
         "runs, and what came until then is compared."},
+    {"replay_pipe", CONFIG_TEXT, FIELD(replay_pipe), 0, 0, NULL, "", "descriptors",
+        "serve the replay to a client at the other end of this pipe, and do what standard input says",
+        "For collided-web --file, collidectl export and their like, which start this program with two socket pairs "
+        "(3,4). Commands and answers: daemon/service/replay_served.h. Needs replay; nothing is compared."},
     {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
         "replay at every accuracy side by side, and print what each costs and how far off it is",
         "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "

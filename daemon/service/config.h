@@ -21,6 +21,7 @@ typedef struct config {
     char record_dir[CONFIG_TEXT_MAX];
     char runtime_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
+    char replay_pipe[CONFIG_TEXT_MAX];
     char log[16];
     char metrics_address[64];
     char metrics_hosts[CONFIG_TEXT_MAX];

@@ -269,7 +269,7 @@ static void tell(service *s, stream *to)
 
 void scene_watch(service *s)
 {
-    if (!s->scenes || s->replaying || standby_waits(s) || s->monotonic_ns < scene_next_ns(s)) return;
+    if (!s->scenes || standby_waits(s) || s->monotonic_ns < scene_next_ns(s)) return;
     int64_t next = INT64_MAX;
     bool told = false;
     s->scene_behind = false;

@@ -143,6 +143,11 @@ int start_check(const config *c, char *why, size_t why_size)
     if (status == EX_OK && *c->record_dir)
         status = check_folder("record_dir", c->record_dir, c->record_dir, why, why_size);
     if (status != EX_OK) return status;
+    if (*c->replay_pipe && (!*c->replay || c->trade)) {
+        snprintf(why, why_size, "replay_pipe = \"%.40s\": what is served is a recording: name one by replay",
+            c->replay_pipe);
+        return EX_CONFIG;
+    }
     if (c->trade && !*c->replay) {
         snprintf(why, why_size, "trade = yes: what is compared is a recording: name one by replay");
         return EX_CONFIG;

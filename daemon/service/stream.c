@@ -374,7 +374,7 @@ void stream_each(service *s, const world_batches *batches, stream_visit *visit, 
 static void build_snapshot(service *s, stream *to, const world_batch *b)
 {
     static part scratch; /* the tick thread's */
-    if (s->replaying || standby_waits(s) || (b->goes_on && !to->backlog.building)) return;
+    if (stream_is_replayed(s, to) || standby_waits(s) || (b->goes_on && !to->backlog.building)) return;
     if (!b->goes_on) {
         wire_message head = part_of(s, to, b, 0);
         backlog_build(s, to, &head.event_batch);
@@ -545,6 +545,17 @@ void stream_heartbeats(service *s)
         expect_heartbeat(s, to);
     }
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+}
+
+void stream_beat_all(service *s)
+{
+    for (size_t i = 0; i < s->streams.count; i++) {
+        const stream *to = &s->streams.at[i];
+        size_t looked = 0;
+        int64_t oldest_ns;
+        bool tells = to->live && to->read && to->reported && !stream_is_replayed(s, to);
+        if (tells && world_oldest_stamp(s->world, (uint32_t)i, &looked, &oldest_ns)) beat(s, (uint32_t)i, oldest_ns);
+    }
 }
 
 void stream_free_all(service *s)

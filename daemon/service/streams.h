@@ -23,7 +23,13 @@ void stream_each(service *s, const world_batches *batches, stream_visit *visit, 
 void stream_ask_all(service *s); /* before the tick: lock-step clients are told also what is as it was */
 void stream_publish(service *s, const world_batches *batches);
 void stream_heartbeats(service *s); /* on those that have been silent for a period */
+void stream_beat_all(service *s);   /* on all, now: a replay that stands still */
 void stream_free_all(service *s);
+/* Of a client of the recording that is replayed: nobody hears it. */
+static inline bool stream_is_replayed(const service *s, const stream *to)
+{
+    return s->replaying && to->link == s->links[0];
+}
 
 /* A batch of the stream in which nothing but these records is. False: its reader is to have a snapshot instead. */
 bool stream_tell(service *s, stream *to, wire_u8s extensions);

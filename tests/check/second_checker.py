@@ -4,8 +4,14 @@ Reads lines that check_answers writes: a case in hexadecimal doubles, and what t
 are found, or both their bounds where a square root or a search is in the way, and compared: the kernel never proves more,
 and less only by its slack. usage: second_checker.py < lines; prints a summary; fails at the first difference."""
 import sys
-from fractions import Fraction
-from math import inf, isqrt
+from math import inf
+
+try:  # six times as quick as Python's own: the same exact numbers
+    from gmpy2 import isqrt
+    from gmpy2 import mpq as Fraction
+except ImportError:
+    from fractions import Fraction
+    from math import isqrt
 
 SLACK = Fraction(1, 2**39)  # of the largest number that entered
 BITS = 160  # of square roots

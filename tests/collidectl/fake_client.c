@@ -310,6 +310,37 @@ collided_status collided_query_bodies(collided *c, const char *pattern, double t
     return answer(out, pattern);
 }
 
+/* ---- a scene of nothing; no verb is tried with it here ---- */
+
+collided_observation_def collided_observation_def_default(void)
+{
+    return (collided_observation_def){.rate_hz = 30};
+}
+
+collided_subscription collided_observe(collided *c, const collided_observation_def *def)
+{
+    (void)c, (void)def;
+    return (collided_subscription){1};
+}
+
+collided_status collided_query_geometry(
+    collided *c, const char *body, collided_geometry geometry, double timeout_s, collided_geometry_numbers *out)
+{
+    (void)c, (void)body, (void)geometry, (void)timeout_s, (void)out;
+    return COLLIDED_UNKNOWN_ID;
+}
+
+int collided_fd(collided *c)
+{
+    (void)c;
+    return -1;
+}
+
+void collided_geometry_numbers_free(collided_geometry_numbers *numbers)
+{
+    (void)numbers;
+}
+
 /* ---- checks: all is free ---- */
 
 collided_check_options collided_check_options_default(void)

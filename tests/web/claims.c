@@ -1,8 +1,10 @@
-/* claims COUNT: writes random claims of pairs, and what the library's collided_verify says of each, for
- * test_checker.mjs, which asks verify.wasm the same: answers of the narrow phase as they are, moved by a little in one
- * number, and bent; every eighth pair with a compound. Each claim, in doubles: how many words, the words of checker.c,
- * the status. The words are read back by the checker compiled here, too. */
+/* claims COUNT: writes random claims of pairs, and what the library's collided_verify and the kernel of
+ * collided_check.h say of each, for test_checker.mjs, which asks verify.wasm the same: answers of the narrow phase as
+ * they are, moved by a little in one number, and bent; every eighth pair with a compound. Each claim, in doubles: how
+ * many words, the words of checker.c, the status; and of the kernel its status, lo and hi. The words are read back by
+ * the checkers compiled here, too. */
 #include "cases.h"
+#include "check/collided_check.h"
 #include "checker.h"
 
 #include <math.h>
@@ -12,6 +14,7 @@
 
 #include "geom/hull.h"
 
+#define ALLOWED 1e-9 /* m; as test_checker.mjs has it */
 enum { POINTS_MAX = 64, WORDS_MAX = 2 * (14 * 8 + 3 * POINTS_MAX + 7) + 11 };
 
 typedef struct subject {
@@ -120,6 +123,62 @@ static collided_certificate claim_of(random_state *r, const narrow_result *n, po
     return claim;
 }
 
+static collided_check_shape in_kernel(const collided_shape *s, const double *points, size_t count)
+{
+    collided_check_shape out = {.kind = (int32_t)s->type,
+        .radius = s->radius,
+        .deviation = s->deviation,
+        .points = points,
+        .point_count = count};
+    memcpy(out.half, s->half, sizeof out.half);
+    put_pose(out.pose, &s->pose);
+    return out;
+}
+
+/* The kernel's status, lo and hi; ends the process where the words lead to another. */
+static void ask_kernel(const subject *x, const subject *y, const collided_certificate *c, const double *words,
+    size_t count, double told[3])
+{
+    const subject *both[2] = {x, y};
+    collided_check_shape shapes[2], children[2][4];
+    double poses[2][7];
+    for (int i = 0; i < 2; i++) {
+        shapes[i] = in_kernel(&both[i]->shape, both[i]->points, both[i]->count);
+        shapes[i].children = children[i], shapes[i].child_count = both[i]->shape.child_count;
+        for (size_t k = 0; k < shapes[i].child_count; k++) children[i][k] = in_kernel(&both[i]->children[k], NULL, 0);
+        put_pose(poses[i], &both[i]->pose);
+    }
+    collided_check_claim claim = {.lo = c->lo, .hi = c->hi};
+    memcpy(claim.axis, c->axis, sizeof claim.axis);
+    memcpy(claim.point_a, c->point_a, sizeof claim.point_a);
+    memcpy(claim.point_b, c->point_b, sizeof claim.point_b);
+    collided_check_proven p;
+    told[0] = collided_check_distance(&shapes[0], poses[0], &shapes[1], poses[1], &claim, ALLOWED, &p);
+    told[1] = p.lo, told[2] = p.hi;
+    if (checker_kernel(words, count, ALLOWED) == (int)told[0] && memcmp(checker_kernel_proven(), &p, sizeof p) == 0)
+        return;
+    fprintf(stderr, "claims: to the kernel the words of a claim say another thing than the claim\n");
+    exit(1);
+}
+
+/* One word becomes anything, or the last are missing: what the checkers say then is told behind the words. They read a
+ * copy that ends where the words do, for a sanitizer to see. Returns how many words there are. */
+static size_t spoil(random_state *r, double *words, size_t count, double **end)
+{
+    static const double ODD[] = {NAN, INFINITY, -INFINITY, -1, 0, 0.5, 7, 10, 255, 256, 65537, 4e6, 1e300};
+    words[random_bits(r) % count] = ODD[random_bits(r) % (sizeof ODD / sizeof *ODD)];
+    if (random_bits(r) % 4 == 0) count -= random_bits(r) % count;
+    double *copy = malloc(count * sizeof *copy);
+    if (!copy) exit(1);
+    memcpy(copy, words, count * sizeof *copy);
+    *end = words + count;
+    (*end)[0] = checker_check(copy, count);
+    (*end)[1] = checker_kernel(copy, count, ALLOWED);
+    memcpy(*end + 2, checker_kernel_proven(), 2 * sizeof **end);
+    free(copy);
+    return count;
+}
+
 static void write_claim(random_state *r)
 {
     static const double AWAY[] = {0, 0, 100, 1e6};
@@ -137,7 +196,7 @@ static void write_claim(random_state *r)
     make_subject(&y, &b, pb);
     if (random_bits(r) % 8 == 0 && a.type != SHAPE_HULL && a.type != SHAPE_HALFSPACE) make_compound(r, &x);
     collided_certificate claim = claim_of(r, &n, pa);
-    double words[WORDS_MAX + 2], *end = put_subject(put_subject(words + 1, &x), &y);
+    double words[WORDS_MAX + 5], *end = put_subject(put_subject(words + 1, &x), &y);
     end = put_words(end, (double[2]){claim.lo, claim.hi}, 2);
     end = put_words(put_words(put_words(end, claim.axis, 3), claim.point_a, 3), claim.point_b, 3);
     size_t count = (size_t)(end - words) - 1;
@@ -147,8 +206,11 @@ static void write_claim(random_state *r)
         fprintf(stderr, "claims: the words of a claim say another thing than the claim\n");
         exit(1);
     }
+    ask_kernel(&x, &y, &claim, words + 1, count, end + 1);
+    *end = status;
+    if (random_bits(r) % 8 == 0) count = spoil(r, words + 1, count, &end);
     words[0] = (double)count;
-    *end++ = status;
+    end += 4;
     if (fwrite(words, sizeof *words, (size_t)(end - words), stdout) != (size_t)(end - words)) exit(1);
 }
 

@@ -61,7 +61,8 @@ static void ask(collided_check_shape *a, collided_check_shape *b)
     collided_check_claim claim;
     collided_check_proven proven;
     any(&claim, sizeof claim);
-    collided_check_distance(a, or_null(pose_a), b, or_null(pose_b), or_null(&claim), numbers[0][0], or_null(&proven));
+    collided_check_distance(a, or_null(pose_a), b, or_null(pose_b), or_null(&claim), numbers[0][0], &proven);
+    collided_check_distance(a, or_null(pose_a), b, or_null(pose_b), or_null(&claim), numbers[0][0], 0);
 
     double until, speed, bend;
     collided_check_motion motion;
@@ -69,11 +70,13 @@ static void ask(collided_check_shape *a, collided_check_shape *b)
     motion.times = or_null(times), motion.poses_a = or_null(poses[0]), motion.poses_b = or_null(poses[1]);
     motion.axes = or_null(axes);
     motion.count = any_count_from(COLLIDED_CHECK_TIMES_MOST + 1);
-    collided_check_motion_free(a, b, or_null(&motion), or_null(&until));
+    collided_check_motion_free(a, b, or_null(&motion), &until);
     motion.count = TIMES;
-    collided_check_motion_free(a, b, or_null(&motion), or_null(&until));
-    collided_check_twist(
-        a, or_null(numbers[0]), numbers[1], b, numbers[2], or_null(numbers[3]), or_null(&speed), or_null(&bend));
+    collided_check_motion_free(a, b, or_null(&motion), &until);
+    collided_check_motion_free(a, b, or_null(&motion), 0);
+    collided_check_twist(a, or_null(numbers[0]), numbers[1], b, numbers[2], or_null(numbers[3]), &speed, &bend);
+    collided_check_twist(a, or_null(numbers[0]), numbers[1], b, numbers[2], or_null(numbers[3]), 0, or_null(&bend));
+    collided_check_twist(a, or_null(numbers[0]), numbers[1], b, numbers[2], or_null(numbers[3]), &speed, 0);
 }
 
 int main(void)
@@ -104,9 +107,10 @@ int main(void)
     any(&features, sizeof features);
     features.times = or_null(times), features.directions = or_null(axes);
     features.count = TIMES - 1;
-    collided_check_features_free(or_null(&features), or_null(&until));
+    collided_check_features_free(or_null(&features), &until);
     features.count = any_count_from(COLLIDED_CHECK_TIMES_MOST);
-    collided_check_features_free(or_null(&features), or_null(&until));
+    collided_check_features_free(or_null(&features), &until);
+    collided_check_features_free(or_null(&features), 0);
 
     collided_check_machine();
     collided_check_status_text((collided_check_status)Frama_C_interval(-1000, 1000));

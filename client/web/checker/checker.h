@@ -19,4 +19,14 @@ CHECKER_EXPORT double *checker_room(size_t words);
  * COLLIDED_BAD_ARGUMENT, if the words are no claim. `count`: how many words there are, no more and no less. */
 CHECKER_EXPORT int checker_check(const double *words, size_t count);
 
+/* The same words, by the kernel that is proven by machine (collided_check.h): a collided_check_status, 0 = proven.
+ * Words that are no claim: COLLIDED_CHECK_NO_POINTER, 13. Slower. */
+CHECKER_EXPORT int checker_kernel(const double *claimed, size_t count, double allowed_m);
+
+/* What the last call of checker_kernel proved: lo and hi, m; infinite where nothing. */
+CHECKER_EXPORT const double *checker_kernel_proven(void);
+
+/* collided_check_machine: 1 if the machine computes as the kernel's proofs assume; else believe nothing. */
+CHECKER_EXPORT int checker_kernel_machine(void);
+
 #endif

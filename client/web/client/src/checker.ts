@@ -1,4 +1,4 @@
-/* checker: verify.wasm (collided_verify of the C library, compiled), and the claims that it checks. A Checker belongs
+/* checker: verify.wasm (collided_verify of the C library and the kernel of collided_check.h, compiled), and the claims that they check. A Checker belongs
  * to one thread; nothing is fetched: the octets of verify.wasm are handed over. */
 import { NONE, Shape, type GeometryFrame, type ShapeDef } from "./protocol.js";
 import { type Contact, type World } from "./world.js";
@@ -22,9 +22,16 @@ interface Exports {
   memory: WebAssembly.Memory;
   checker_room(words: number): number;
   checker_check(words: number, count: number): number;
+  checker_kernel(words: number, count: number, allowed: number): number;
+  checker_kernel_proven(): number;
+  checker_kernel_machine(): number;
 }
 
-const SHAPE_WORDS = 14;
+/** What the kernel says: a collided_check_status (0 = proven), and what the axis and the points prove of the signed distance,
+ * infinite where nothing, in metres. */
+export interface KernelAnswer { status: number; lo: number; hi: number }
+
+const SHAPE_WORDS = 14, CLAIM_WORDS = 11;
 
 function wordsOf(s: ClaimSide): number {
   return SHAPE_WORDS * (1 + s.children.length) + (s.hull?.length ?? 0) + 7;
@@ -55,6 +62,17 @@ class Writer {
   }
 }
 
+function writeClaim(out: Float64Array, claim: Claim): void {
+  const w = new Writer(out);
+  w.side(claim.a);
+  w.side(claim.b);
+  w.put(claim.lo);
+  w.put(claim.hi);
+  w.all(claim.axis);
+  w.all(claim.pointA);
+  w.all(claim.pointB);
+}
+
 export class Checker {
   private constructor(private readonly wasm: Exports) {}
 
@@ -72,17 +90,29 @@ export class Checker {
     return this.wasm.checker_check(at, words.length);
   }
 
+  /** Does the kernel, which is proven by machine, prove a claim in words? A claim may be short by less than `allowed` (m): points
+   * that were rounded to doubles are, by about 1e-15 of their coordinates. Throws where the machine does not compute as is assumed. */
+  kernelWords(words: Float64Array, allowed = 0): KernelAnswer {
+    if (this.wasm.checker_kernel_machine() !== 1) throw new Error("this machine does not compute as the proofs of the kernel assume");
+    const at = this.wasm.checker_room(words.length);
+    if (at === 0) return { status: 13, lo: -Infinity, hi: Infinity };
+    new Float64Array(this.wasm.memory.buffer, at, words.length).set(words);
+    const status = this.wasm.checker_kernel(at, words.length, allowed);
+    const [lo, hi] = new Float64Array(this.wasm.memory.buffer, this.wasm.checker_kernel_proven(), 2) as unknown as [number, number];
+    return { status, lo, hi };
+  }
+
+  /** The same of a claim. */
+  kernel(claim: Claim, allowed = 0): KernelAnswer {
+    const words = new Float64Array(wordsOf(claim.a) + wordsOf(claim.b) + CLAIM_WORDS);
+    writeClaim(words, claim);
+    return this.kernelWords(words, allowed);
+  }
+
   check(claim: Claim): Verdict {
-    const count = wordsOf(claim.a) + wordsOf(claim.b) + 11, at = this.wasm.checker_room(count);
+    const count = wordsOf(claim.a) + wordsOf(claim.b) + CLAIM_WORDS, at = this.wasm.checker_room(count);
     if (at === 0) return "unsupported";
-    const w = new Writer(new Float64Array(this.wasm.memory.buffer, at, count));
-    w.side(claim.a);
-    w.side(claim.b);
-    w.put(claim.lo);
-    w.put(claim.hi);
-    w.all(claim.axis);
-    w.all(claim.pointA);
-    w.all(claim.pointB);
+    writeClaim(new Float64Array(this.wasm.memory.buffer, at, count), claim);
     const status = this.wasm.checker_check(at, count);
     // 1 is a bad argument: a shape, pose or number that cannot be; 3 is rejected; 7 is unsupported.
     return status === 0 ? "proven" : status === 7 ? "unsupported" : "refused";

@@ -2,7 +2,7 @@
 import {
   Fact, Flag, achievedNames, factWord, isUnknown, numberOf, shapeNames, type AnswerFrame, type Body, type Checker, type Contact, type World,
 } from "../../client/src/index.js";
-import { prove, type Verdict } from "../../client/src/checker.js";
+import { claimOf, prove, type Verdict } from "../../client/src/checker.js";
 import { ageText, lengthText, secondsText } from "./format.js";
 import type { Selection } from "./view.js";
 
@@ -164,7 +164,15 @@ export class Panel {
       unsupported: "cannot be proven by an axis and two points: one of them is not convex. It is the daemon's word",
       missing: "cannot be checked: poses, shapes or geometry of it are not here, or nothing is known",
     };
-    this.verdict.textContent = words[verdict];
+    this.verdict.textContent = words[verdict] + this.kernelText(checker, c);
+  }
+
+  /** What the small checker that a machine has proven makes of the same axis and points. */
+  private kernelText(checker: Checker, c: Contact): string {
+    const claim = claimOf(this.world, c);
+    if (typeof claim === "string") return "";
+    const k = checker.kernel(claim);
+    return k.lo > -Infinity || k.hi < Infinity ? `. The kernel proves ${lengthText(k.lo)} … ${lengthText(k.hi)}` : "";
   }
 
   private showPair(c: Contact, selected: boolean): void {

@@ -350,7 +350,8 @@ static void add_event(mirror *m, const mirror_event *e)
 
 static void take_event(mirror *m, const collided_batch *b, const collided_event *e)
 {
-    bool is_new = e->kind != COLLIDED_EVENT_PREDICTED || index_get(m->by_id, (uint64_t)e->contact) < 0;
+    bool repeats = e->kind == COLLIDED_EVENT_PREDICTED || e->kind == COLLIDED_NEAR; /* with each new interval */
+    bool is_new = !repeats || index_get(m->by_id, (uint64_t)e->contact) < 0;
     if (e->kind == COLLIDED_UPDATE || !is_new) return;
     bool anything = e->kind == COLLIDED_EVENT_IMPACT && strcmp(e->name_b, "*") == 0;
     add_event(m, &(mirror_event){.contact = e->contact,

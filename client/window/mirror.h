@@ -1,8 +1,8 @@
 /* mirror: the world as the pages of collided-web are shown it: bodies, contacts and the newest events, as the client
  * library tells of them. Each change has a number, so that what a page lacks is found by the number of what it was sent
  * last. One thread. */
-#ifndef COLLIDED_WEB_MIRROR_H
-#define COLLIDED_WEB_MIRROR_H
+#ifndef COLLIDED_WINDOW_MIRROR_H
+#define COLLIDED_WINDOW_MIRROR_H
 
 #include "collided.h"
 

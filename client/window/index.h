@@ -1,6 +1,6 @@
 /* index: from 64-bit keys to places, open addressing with linear probing. One thread. */
-#ifndef COLLIDED_WEB_INDEX_H
-#define COLLIDED_WEB_INDEX_H
+#ifndef COLLIDED_WINDOW_INDEX_H
+#define COLLIDED_WINDOW_INDEX_H
 
 #include <stdbool.h>
 #include <stddef.h>

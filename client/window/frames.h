@@ -1,8 +1,9 @@
 /* frames: what a page is sent, as octets of the protocol collided.web.v1 (PROTOCOL.md). Each function begins a frame
  * anew in `out`; frame_number gives it its number when it is sent. One thread. */
-#ifndef COLLIDED_WEB_FRAMES_H
-#define COLLIDED_WEB_FRAMES_H
+#ifndef COLLIDED_WINDOW_FRAMES_H
+#define COLLIDED_WINDOW_FRAMES_H
 
+#include "json_buffer.h"
 #include "mirror.h"
 
 enum {
@@ -15,6 +16,7 @@ enum {
     FRAME_STATUS,
     FRAME_ANSWER,
     FRAME_HEADER = 32,
+    FRAME_ROOM = 32, /* octets before a frame, which libwebsockets wants */
     FRAME_CONTACTS_MAX = 10000
 };
 
@@ -35,5 +37,8 @@ void frame_contacts(frame *f, const mirror *m, uint64_t since, double range_m);
 /* From the event of that number (from 1) on, at most `most`; returns the number of the next one. */
 uint64_t frame_events(frame *f, const mirror *m, uint64_t from, uint64_t since, size_t most);
 void frame_geometry(frame *f, const mirror *m, uint32_t number, uint32_t question, const collided_geometry_numbers *g);
+
+/* Members of a hello: names by number. */
+void frame_names(json_buffer *j);
 
 #endif

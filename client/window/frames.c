@@ -3,7 +3,6 @@
 
 #include "index.h"
 
-#include <libwebsockets.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +13,7 @@ enum { SKIPPED_POSES_AT = 64, SKIPPED_CONTACTS_AT = 44 };
 
 unsigned char *frame_octets(const frame *f)
 {
-    return f->at + LWS_PRE;
+    return f->at + FRAME_ROOM;
 }
 
 void frame_free(frame *f)
@@ -23,58 +22,58 @@ void frame_free(frame *f)
     *f = (frame){0};
 }
 
-static void *add(frame *f, size_t size)
+static void *frame_add(frame *f, size_t size)
 {
-    if (!f->at || f->capacity < LWS_PRE + f->count + size)
-        f->at = web_reserve(f->at, &f->capacity, LWS_PRE + f->count + size, 1);
-    void *at = f->at + LWS_PRE + f->count;
+    if (!f->at || f->capacity < FRAME_ROOM + f->count + size)
+        f->at = web_reserve(f->at, &f->capacity, FRAME_ROOM + f->count + size, 1);
+    void *at = f->at + FRAME_ROOM + f->count;
     f->count += size;
     return at;
 }
 
-static void put(frame *f, const void *data, size_t size)
+static void frame_put(frame *f, const void *data, size_t size)
 {
-    void *at = add(f, size);
+    void *at = frame_add(f, size);
     if (size) memcpy(at, data, size);
 }
 
 static void put_u32(frame *f, uint32_t n)
 {
-    put(f, &n, sizeof n);
+    frame_put(f, &n, sizeof n);
 }
 
 static void put_i64(frame *f, int64_t n)
 {
-    put(f, &n, sizeof n);
+    frame_put(f, &n, sizeof n);
 }
 
 static void put_f64(frame *f, double n)
 {
-    put(f, &n, sizeof n);
+    frame_put(f, &n, sizeof n);
 }
 
-static void pad(frame *f)
+static void frame_pad(frame *f)
 {
     size_t more = (8 - f->count % 8) % 8;
-    memset(add(f, more), 0, more);
+    memset(frame_add(f, more), 0, more);
 }
 
-static void begin(frame *f, uint8_t kind, const mirror *m)
+static void frame_begin(frame *f, uint8_t kind, const mirror *m)
 {
     const uint16_t magic = 0xC011;
     const uint8_t what[2] = {kind, 1};
     f->count = 0;
-    put(f, &magic, sizeof magic);
-    put(f, what, sizeof what);
+    frame_put(f, &magic, sizeof magic);
+    frame_put(f, what, sizeof what);
     put_u32(f, 0);
     put_i64(f, m->tick);
     put_i64(f, m->stamp_ns);
     put_i64(f, 0);
 }
 
-static void end(frame *f)
+static void frame_end(frame *f)
 {
-    pad(f);
+    frame_pad(f);
     uint32_t size = (uint32_t)f->count;
     memcpy(frame_octets(f) + 4, &size, sizeof size);
 }
@@ -89,11 +88,11 @@ void frame_number(frame *f, uint64_t number, uint32_t skipped)
 
 void frame_text(frame *f, uint8_t kind, const mirror *m, const char *json)
 {
-    begin(f, kind, m);
-    put(f, json, strlen(json));
+    frame_begin(f, kind, m);
+    frame_put(f, json, strlen(json));
     size_t more = (8 - f->count % 8) % 8;
-    memset(add(f, more), ' ', more);
-    end(f);
+    memset(frame_add(f, more), ' ', more);
+    frame_end(f);
 }
 
 /* Of a ring of so many, how many are newer than `since`; more than the ring holds: some are forgotten. */
@@ -121,10 +120,10 @@ static void put_text(frame *f, frame *texts, const char *text)
     size_t size = strlen(text);
     put_u32(f, (uint32_t)texts->count);
     put_u32(f, (uint32_t)size);
-    put(texts, text, size);
+    frame_put(texts, text, size);
 }
 
-static void put_body(frame *f, frame *strings, const mirror_body *b, uint32_t id, uint32_t *first_shape)
+static void frame_put_body(frame *f, frame *strings, const mirror_body *b, uint32_t id, uint32_t *first_shape)
 {
     put_u32(f, id);
     put_u32(f, b->flags);
@@ -134,12 +133,12 @@ static void put_body(frame *f, frame *strings, const mirror_body *b, uint32_t id
     put_text(f, strings, b->group);
     put_text(f, strings, b->owner);
     put_f64(f, b->deadline_s);
-    put(f, b->pose.position, sizeof b->pose.position);
-    put(f, b->pose.orientation, sizeof b->pose.orientation);
+    frame_put(f, b->pose.position, sizeof b->pose.position);
+    frame_put(f, b->pose.orientation, sizeof b->pose.orientation);
     *first_shape += (uint32_t)b->shape_count;
 }
 
-static void put_shapes(frame *f, const mirror_body *b)
+static void frame_put_shapes(frame *f, const mirror_body *b)
 {
     uint32_t number = 0, parent = UINT32_MAX;
     size_t children = 0;
@@ -152,11 +151,11 @@ static void put_shapes(frame *f, const mirror_body *b)
         put_u32(f, child ? parent : UINT32_MAX);
         double size[3] = {s->half[0], s->half[1], s->half[2]};
         if (s->type == COLLIDED_COMPOUND) size[0] = (double)s->child_count;
-        put(f, size, sizeof size);
+        frame_put(f, size, sizeof size);
         put_f64(f, s->radius);
         put_f64(f, s->deviation);
-        put(f, s->pose.position, sizeof s->pose.position);
-        put(f, s->pose.orientation, sizeof s->pose.orientation);
+        frame_put(f, s->pose.position, sizeof s->pose.position);
+        frame_put(f, s->pose.orientation, sizeof s->pose.orientation);
         if (child) {
             children--;
         } else {
@@ -167,7 +166,7 @@ static void put_shapes(frame *f, const mirror_body *b)
     }
 }
 
-static uint32_t kind_of(const mirror_geometry *g)
+static uint32_t frame_kind_of(const mirror_geometry *g)
 {
     return g->type == COLLIDED_HULL   ? COLLIDED_GEOMETRY_HULL
            : g->type == COLLIDED_MESH ? COLLIDED_GEOMETRY_MESH
@@ -180,69 +179,69 @@ void frame_scene(frame *f, const mirror *m, uint64_t since, uint32_t revision)
     bool all = since < m->scene_since || since == 0 || !ring_reaches(m->bodies_gone, m->bodies_gone_count, since);
     uint64_t gone = all ? m->bodies_gone_count : ring_from(m->bodies_gone, m->bodies_gone_count, since);
     uint32_t r = 0, n = 0, shapes = 0, geometries = 0, first = 0;
-    begin(f, FRAME_SCENE, m);
-    (void)add(f, FRAME_HEADER);
+    frame_begin(f, FRAME_SCENE, m);
+    (void)frame_add(f, FRAME_HEADER);
     for (uint64_t i = gone; i < m->bodies_gone_count; i++) {
         int64_t id = m->bodies_gone[i % MIRROR_GONE].id;
         if (m->bodies[id].live) continue; /* it came back */
         put_u32(f, (uint32_t)id);
         r++;
     }
-    pad(f);
+    frame_pad(f);
     for (uint32_t id = 0; id < m->body_count; id++) {
         const mirror_body *b = &m->bodies[id];
         if (!b->live || (!all && b->changed <= since)) continue;
-        put_body(f, &strings, b, id, &first);
+        frame_put_body(f, &strings, b, id, &first);
         n++;
         shapes += (uint32_t)b->shape_count;
     }
     for (uint32_t id = 0; id < m->body_count; id++)
-        if (m->bodies[id].live && (all || m->bodies[id].changed > since)) put_shapes(f, &m->bodies[id]);
+        if (m->bodies[id].live && (all || m->bodies[id].changed > since)) frame_put_shapes(f, &m->bodies[id]);
     for (uint32_t i = 0; i < m->geometry_count; i++) {
         const mirror_geometry *g = &m->geometries[i];
         if (!all && g->announced <= since) continue;
-        const uint32_t numbers[2] = {i, kind_of(g)}, sizes[2] = {0, 0};
-        put(f, numbers, sizeof numbers);
+        const uint32_t numbers[2] = {i, frame_kind_of(g)}, sizes[2] = {0, 0};
+        frame_put(f, numbers, sizeof numbers);
         put_i64(f, g->hash);
-        put(f, sizes, sizeof sizes);
+        frame_put(f, sizes, sizeof sizes);
         geometries++;
     }
     const uint32_t head[8] = {revision, all, r, n, shapes, geometries, (uint32_t)strings.count, 0};
     memcpy(frame_octets(f) + FRAME_HEADER, head, sizeof head);
-    if (strings.count) put(f, frame_octets(&strings), strings.count);
+    if (strings.count) frame_put(f, frame_octets(&strings), strings.count);
     frame_free(&strings);
-    end(f);
+    frame_end(f);
 }
 
 void frame_geometry(frame *f, const mirror *m, uint32_t number, uint32_t question, const collided_geometry_numbers *g)
 {
-    begin(f, FRAME_GEOMETRY, m);
+    frame_begin(f, FRAME_GEOMETRY, m);
     const uint32_t head[6] = {number, g ? (uint32_t)g->kind : 0, g ? (uint32_t)g->vertex_numbers : 0,
         g ? (uint32_t)g->index_count : 0, question, 0};
-    put(f, head, sizeof head);
-    if (g) put(f, g->vertices, g->vertex_numbers * sizeof *g->vertices);
-    if (g) put(f, g->indices, g->index_count * sizeof *g->indices);
-    end(f);
+    frame_put(f, head, sizeof head);
+    if (g) frame_put(f, g->vertices, g->vertex_numbers * sizeof *g->vertices);
+    if (g) frame_put(f, g->indices, g->index_count * sizeof *g->indices);
+    frame_end(f);
 }
 
 /* ---- poses ---- */
 
 void frame_poses(frame *f, const mirror *m, uint64_t since, bool all, const double origin[3], uint32_t revision)
 {
-    begin(f, FRAME_POSES, m);
-    put(f, origin, 3 * sizeof *origin);
+    frame_begin(f, FRAME_POSES, m);
+    frame_put(f, origin, 3 * sizeof *origin);
     uint32_t n = 0;
     const uint32_t head[4] = {0, all, 0, revision};
     size_t head_at = f->count;
-    put(f, head, sizeof head);
+    frame_put(f, head, sizeof head);
     for (uint32_t id = 0; id < m->body_count; id++) {
         if (!m->bodies[id].live || (!all && m->bodies[id].posed <= since)) continue;
         put_u32(f, id);
         n++;
     }
-    pad(f);
+    frame_pad(f);
     size_t ids_at = head_at + sizeof head, poses_at = f->count;
-    float *to = add(f, (size_t)n * 8 * sizeof *to);
+    float *to = frame_add(f, (size_t)n * 8 * sizeof *to);
     (void)poses_at;
     const unsigned char *ids = frame_octets(f) + ids_at;
     for (uint32_t i = 0; i < n; i++, to += 8) {
@@ -254,7 +253,7 @@ void frame_poses(frame *f, const mirror *m, uint64_t since, bool all, const doub
         for (int k = 0; k < 4; k++) to[4 + k] = (float)b->pose.orientation[k];
     }
     memcpy(frame_octets(f) + head_at, &n, sizeof n);
-    end(f);
+    frame_end(f);
 }
 
 /* ---- contacts ---- */
@@ -266,14 +265,14 @@ static void put_poses_of(frame *f, chosen at, uint32_t n, bool b)
     static const double UNTOLD[7] = {NAN, NAN, NAN, NAN, NAN, NAN, NAN};
     for (uint32_t i = 0; i < n; i++) {
         const collided_pose *p = b ? &at[i]->pose_b : &at[i]->pose_a;
-        put(f, at[i]->has_poses ? p->position : UNTOLD, sizeof p->position);
-        put(f, at[i]->has_poses ? p->orientation : UNTOLD, sizeof p->orientation);
+        frame_put(f, at[i]->has_poses ? p->position : UNTOLD, sizeof p->position);
+        frame_put(f, at[i]->has_poses ? p->orientation : UNTOLD, sizeof p->orientation);
     }
 }
 
 #define COLUMN(member)                                                                                                 \
-    for (uint32_t i = 0; i < n; i++) put(f, &at[i]->member, sizeof at[i]->member);                                     \
-    pad(f)
+    for (uint32_t i = 0; i < n; i++) frame_put(f, &at[i]->member, sizeof at[i]->member);                               \
+    frame_pad(f)
 
 static void put_columns(frame *f, chosen at, uint32_t n)
 {
@@ -300,9 +299,9 @@ static void put_columns(frame *f, chosen at, uint32_t n)
     COLUMN(achieved);
     for (uint32_t i = 0; i < n; i++) {
         const uint8_t flags = (uint8_t)((at[i]->estimated ? 1 : 0) | (at[i]->has_poses ? 2 : 0));
-        put(f, &flags, 1);
+        frame_put(f, &flags, 1);
     }
-    pad(f);
+    frame_pad(f);
 }
 
 /* A page that asked for less than the server has is told that the rest is gone. */
@@ -318,10 +317,10 @@ void frame_contacts(frame *f, const mirror *m, uint64_t since, double range_m)
     uint64_t from = all ? m->contacts_gone_count : ring_from(m->contacts_gone, m->contacts_gone_count, since);
     uint32_t n = 0, r = 0;
     const mirror_contact **some = web_allocate(m->contact_count, sizeof *some);
-    begin(f, FRAME_CONTACTS, m);
+    frame_begin(f, FRAME_CONTACTS, m);
     const uint32_t head[6] = {0};
     size_t head_at = f->count;
-    put(f, head, sizeof head);
+    frame_put(f, head, sizeof head);
     for (uint64_t i = from; i < m->contacts_gone_count; i++, r++) put_i64(f, m->contacts_gone[i % MIRROR_GONE].id);
     uint32_t most = m->contact_count < FRAME_CONTACTS_MAX ? (uint32_t)m->contact_count : FRAME_CONTACTS_MAX;
     for (uint32_t i = 0; i < most; i++) {
@@ -338,7 +337,7 @@ void frame_contacts(frame *f, const mirror *m, uint64_t since, double range_m)
     const uint32_t counts[6] = {n, r, all, 0, (uint32_t)m->contact_count, (uint32_t)m->contact_count - most};
     memcpy(frame_octets(f) + head_at, counts, sizeof counts);
     free(some);
-    end(f);
+    frame_end(f);
 }
 
 /* ---- events ---- */
@@ -349,12 +348,12 @@ static void put_event(frame *f, const mirror_event *e)
     put_i64(f, e->tick);
     put_i64(f, e->stamp_ns);
     const double numbers[7] = {e->lo, e->hi, e->closing, e->age_a, e->age_b, e->lo_s, e->hi_s};
-    put(f, numbers, sizeof numbers);
+    frame_put(f, numbers, sizeof numbers);
     put_i64(f, e->start_ns);
     const uint32_t who[4] = {e->a, e->b, e->shape_a, e->shape_b};
-    put(f, who, sizeof who);
+    frame_put(f, who, sizeof who);
     const uint8_t what[4] = {e->kind, e->cause, e->achieved, e->estimated};
-    put(f, what, sizeof what);
+    frame_put(f, what, sizeof what);
     put_u32(f, e->snapshot);
     put_f64(f, 0);
 }
@@ -364,11 +363,11 @@ uint64_t frame_events(frame *f, const mirror *m, uint64_t from, uint64_t since, 
     uint64_t kept = m->event_count > MIRROR_EVENTS ? m->event_count - MIRROR_EVENTS : 0;
     uint64_t first = from - 1 < kept ? kept : from - 1, last = m->event_count;
     if (last - first > most) last = first + most;
-    begin(f, FRAME_EVENTS, m);
+    frame_begin(f, FRAME_EVENTS, m);
     put_i64(f, (int64_t)first + 1);
     put_u32(f, (uint32_t)(last - first));
     put_u32(f, (uint32_t)(first + 1 - (since < first + 1 ? since : first + 1)));
     for (uint64_t i = first; i < last; i++) put_event(f, &m->events[i % MIRROR_EVENTS]);
-    end(f);
+    frame_end(f);
     return last + 1;
 }

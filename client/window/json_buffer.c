@@ -1,14 +1,15 @@
-/* json: see json.h. */
-#include "json.h"
+/* json_buffer: see json_buffer.h. */
+#include "json_buffer.h"
 
 #include "index.h"
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-static void put(json *j, const char *text, size_t size)
+static void put(json_buffer *j, const char *text, size_t size)
 {
     j->at = web_reserve(j->at, &j->capacity, j->count + size + 1, 1);
     memcpy(j->at + j->count, text, size);
@@ -16,9 +17,19 @@ static void put(json *j, const char *text, size_t size)
     j->at[j->count] = '\0';
 }
 
-void json_raw(json *j, const char *text)
+void json_buffer_raw(json_buffer *j, const char *text)
 {
     put(j, text, strlen(text));
+}
+
+void json_buffer_print(json_buffer *j, const char *format, ...)
+{
+    char text[1024];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    json_buffer_raw(j, text);
 }
 
 /* How many octets of UTF-8 stand there as one character; 0: none do. */
@@ -36,7 +47,7 @@ static size_t utf8_size(const unsigned char *at)
     return size;
 }
 
-void json_text(json *j, const char *text)
+void json_buffer_text(json_buffer *j, const char *text)
 {
     put(j, "\"", 1);
     for (const unsigned char *at = (const unsigned char *)text; *at;) {
@@ -47,7 +58,7 @@ void json_text(json *j, const char *text)
             at++;
         } else if (*at < 0x20 || *at == '"' || *at == '\\' || *at == 0x7F) {
             snprintf(escaped, sizeof escaped, "\\u%04x", *at++);
-            json_raw(j, escaped);
+            json_buffer_raw(j, escaped);
         } else {
             put(j, (const char *)at, size);
             at += size;
@@ -56,52 +67,52 @@ void json_text(json *j, const char *text)
     put(j, "\"", 1);
 }
 
-void json_name(json *j, const char *name)
+void json_buffer_name(json_buffer *j, const char *name)
 {
     char last = j->count ? j->at[j->count - 1] : '{';
     if (last != '{' && last != '[') put(j, ",", 1);
-    json_text(j, name);
+    json_buffer_text(j, name);
     put(j, ":", 1);
 }
 
-void json_number(json *j, double value)
+void json_buffer_number(json_buffer *j, double value)
 {
     char digits[40];
     if (isfinite(value))
         snprintf(digits, sizeof digits, "%.17g", value);
     else
         snprintf(digits, sizeof digits, isnan(value) ? "\"nan\"" : value > 0 ? "\"inf\"" : "\"-inf\"");
-    json_raw(j, digits);
+    json_buffer_raw(j, digits);
 }
 
-void json_whole(json *j, int64_t value)
+void json_buffer_whole(json_buffer *j, int64_t value)
 {
     char digits[32];
     snprintf(digits, sizeof digits, "\"%" PRId64 "\"", value);
-    json_raw(j, digits);
+    json_buffer_raw(j, digits);
 }
 
-void json_count(json *j, int64_t value)
+void json_buffer_count(json_buffer *j, int64_t value)
 {
     char digits[32];
     snprintf(digits, sizeof digits, "%" PRId64, value);
     if (value > INT64_C(1) << 53 || value < -(INT64_C(1) << 53))
-        json_whole(j, value);
+        json_buffer_whole(j, value);
     else
-        json_raw(j, digits);
+        json_buffer_raw(j, digits);
 }
 
-void json_flag(json *j, bool value)
+void json_buffer_flag(json_buffer *j, bool value)
 {
-    json_raw(j, value ? "true" : "false");
+    json_buffer_raw(j, value ? "true" : "false");
 }
 
-void json_numbers(json *j, const double *at, size_t count)
+void json_buffer_numbers(json_buffer *j, const double *at, size_t count)
 {
-    json_raw(j, "[");
+    json_buffer_raw(j, "[");
     for (size_t i = 0; i < count; i++) {
-        if (i) json_raw(j, ",");
-        json_number(j, at[i]);
+        if (i) json_buffer_raw(j, ",");
+        json_buffer_number(j, at[i]);
     }
-    json_raw(j, "]");
+    json_buffer_raw(j, "]");
 }
