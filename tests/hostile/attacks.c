@@ -777,7 +777,6 @@ const attack attacks[] = {
     {"soft_crumpled", "a cloth of crumpled noise, in which all features meet", attack_soft_crumpled, 50},
     {"soft_crowd", "many soft bodies at one place, asked for by many", attack_soft_crowd, 50},
     {"soft_large", "the largest soft body, through rigid shapes", attack_soft_large, 50},
-    {"soft_never_stepped", "frames of vertices for steps that never come", attack_soft_never_stepped, 50},
     {"lock_step_alone", "steps that are never ended, in step with one who never comes", lock_step_alone, 50},
 };
 const size_t attack_count = sizeof attacks / sizeof *attacks;

@@ -1,5 +1,5 @@
 /* attacks_soft: what one client may do with soft bodies: crumpled noise in which all features meet, as many of them as
- * there may be at one place, the largest of all through rigid shapes, and steps of lock-step that never come. */
+ * there may be at one place, and the largest of all through rigid shapes. */
 #include "attacks_soft.h"
 
 #include <collided.h>
@@ -75,9 +75,9 @@ static collided_body put_cloth(const cloth *s, const char *format, int i)
     return collided_create_body(s->c, &def);
 }
 
-static void send(cloth *s, collided_body body, int64_t step)
+static void send(cloth *s, collided_body body)
 {
-    const collided_vertices v = {.count = s->points, .positions = s->at, .frame = ++s->frame, .step = step};
+    const collided_vertices v = {.count = s->points, .positions = s->at, .frame = ++s->frame};
     (void)collided_publish_vertices(s->c, body, &v);
 }
 
@@ -108,10 +108,10 @@ void attack_soft_crumpled(const char *uri, bool full)
     collided_body body = put_cloth(&s, "crumpled %d", 0);
     ask_for_steps(c);
     attack_wait(c, full);
-    double end = now_s() + (full ? 30 : 6);
+    double end = now_s() + (full ? 30 : 5);
     while (now_s() < end) {
         for (size_t i = 0; i < 3 * s.points; i++) s.at[i] = noise();
-        send(&s, body, 0);
+        send(&s, body);
         collided_poll(c, 0.02);
     }
     collided_close(c);
@@ -129,11 +129,11 @@ void attack_soft_crowd(const char *uri, bool full)
     for (int i = 0; i < count; i++) bodies[i] = put_cloth(&s, "rag %d", i);
     for (int i = 0; i < (full ? 400 : 60); i++) ask_for_steps(c);
     attack_wait(c, full);
-    double end = now_s() + (full ? 30 : 6);
+    double end = now_s() + (full ? 30 : 5);
     while (now_s() < end) {
         for (int i = 0; i < count; i++) {
             for (size_t k = 0; k < 3 * s.points; k++) s.at[k] = 0.2 * noise();
-            send(&s, bodies[i], 0);
+            send(&s, bodies[i]);
         }
         collided_poll(c, 0.05);
     }
@@ -159,30 +159,11 @@ void attack_soft_large(const char *uri, bool full)
     }
     ask_for_steps(c);
     attack_wait(c, full);
-    double end = now_s() + (full ? 30 : 6);
+    double end = now_s() + (full ? 30 : 5);
     for (int round = 0; now_s() < end; round++) {
         for (size_t i = 0; i < s.points; i++) s.at[3 * i + 2] = (round % 2 ? 0.3 : -0.3) + 0.01 * sin(0.1 * (double)i);
-        send(&s, body, 0);
+        send(&s, body);
         collided_poll(c, 0.05);
-    }
-    collided_close(c);
-    drop_cloth(&s);
-}
-
-/* Frames for steps that nobody ends. */
-void attack_soft_never_stepped(const char *uri, bool full)
-{
-    collided_def def = collided_def_default();
-    def.name = "never", def.lease_s = 60, def.lock_step = 2;
-    collided *c = collided_connect(uri, &def);
-    if (!c) exit(1);
-    cloth s = make_cloth(c, full ? 300 : 100, 0.01);
-    collided_body body = put_cloth(&s, "never %d", 0);
-    attack_wait(c, full);
-    double end = now_s() + (full ? 20 : 4);
-    for (int64_t step = 1; now_s() < end; step++) {
-        send(&s, body, step);
-        collided_poll(c, 0.002);
     }
     collided_close(c);
     drop_cloth(&s);

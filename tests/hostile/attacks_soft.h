@@ -10,6 +10,5 @@ void attack_wait(struct collided *c, bool full); /* until all is applied or refu
 void attack_soft_crumpled(const char *uri, bool full);
 void attack_soft_crowd(const char *uri, bool full);
 void attack_soft_large(const char *uri, bool full);
-void attack_soft_never_stepped(const char *uri, bool full);
 
 #endif
