@@ -251,6 +251,7 @@ collided_status collided_change_body(collided *c, collided_body body, const coll
         const wire_message *old = record->announced.message;
         if (!old || strcmp(old->body.name, m->body.name) != 0) announce_leaves_name(c, &record->announced);
         record->stamp_ns = 0; /* its pose is the definition's */
+        robot_forget(c, body.id);
         announce(c, &record->announced, m);
     } else if (record)
         status = COLLIDED_BAD_ARGUMENT;
@@ -265,6 +266,7 @@ static void remove_record(collided *c, body_record *record)
     const wire_message m = {.kind = WIRE_BODY,
         .body = {.version = WIRE_VERSION, .client = c->id, .body = record->id, .removed = 1, .name = "", .group = ""}};
     record->removed = true;
+    robot_forget(c, record->id);
     announce_leaves_name(c, &record->announced);
     announce(c, &record->announced, message_copy(&m));
 }

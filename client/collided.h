@@ -842,6 +842,40 @@ collided_check_options collided_check_options_default(void);
 /* How many numbers a configuration has: those of the joints that move and mimic no other, in their order. */
 size_t collided_robot_coordinates(const collided_robot *robot);
 
+/* Makes bodies move with the joints of a robot. `carrier` is a body of this client that the robot is known by from now
+ * on, as a rule its first link; the links' bodies are this client's, too, and have been created. Where each of them is
+ * follows from the joints' values that collided_publish_joints sends, and from robot->base; until then all stay where
+ * they are. Kept, and announced again where that is needed, like the body itself; collided_change_body of the carrier
+ * ends it. The robot is copied. COLLIDED_UNKNOWN_ID: no such carrier, or a link's body is not this client's. Whether
+ * the joints make a tree is told as with bodies, by collided_sync and the callback of collided_on_rejected. */
+collided_status collided_set_robot(collided *c, collided_body carrier, const collided_robot *robot);
+
+/* The joints of a robot, and where its base is. Begin with zeros: arrays that are NULL are not sent. */
+typedef struct collided_joint_state {
+    const double *positions;                  /* rad or m, of the joints that move and mimic no other, in their order */
+    const double *velocities;                 /* rad/s or m/s, of the same; NULL: not known */
+    const collided_pose *base;                /* of a robot that moves about, world; NULL: collided_robot.base */
+    const double *base_linear, *base_angular; /* with base and velocities: m/s, rad/s, world axes; NULL: 0 */
+    bool teleport;                            /* it did not move there: as collided_teleport */
+} collided_joint_state;
+
+/* Publishes the values of a robot's joints. The daemon makes the links' poses of them (forward kinematics, in double
+ * precision), and with velocities their linear and angular ones; all that collided_publish says of poses, stamps and
+ * steps holds for these. `count`: collided_robot_coordinates. A joint beyond its limits is taken as it is, since where
+ * the robot stands is what counts; the daemon counts it (joints_beyond). COLLIDED_UNKNOWN_ID: the body carries no
+ * robot. COLLIDED_REJECTED: the daemon has refused one of its bodies. */
+collided_status collided_publish_joints(collided *c, collided_body carrier, const collided_joint_state *state,
+    size_t count, int64_t stamp_ns, int64_t step);
+
+/* Makes a body ride with a link of a robot, at a pose in the link's frame: a gripped part. From the next values of the
+ * joints on it moves with them, in one batch with the links. The rules say, as ever, what it may touch. In checks it is
+ * one more fixed link of the collided_robot that they are asked of. COLLIDED_UNKNOWN_ID: the robot, its link or the
+ * part is not there; COLLIDED_BAD_ARGUMENT: it rides with the robot already, or the pose is none. */
+collided_status collided_attach(
+    collided *c, collided_body carrier, collided_body part, collided_body link, const collided_pose *in_link);
+/* Lets go of a part that was attached: it stays where it was last. */
+collided_status collided_detach(collided *c, collided_body carrier, collided_body part);
+
 /* Tells which configurations are free. That is: of all that the links' bodies are to keep away from, and of each other.
  * `positions`: count times collided_robot_coordinates numbers, rad or m. Nothing is moved, and no subscriber hears of
  * it. Obstacles stand as the daemon's last tick left them: where many items take several ticks, not all in the same

@@ -15,6 +15,7 @@ typedef struct poses {
     const double *positions, *orientations, *linear, *angular;
     int64_t stamp_ns, step, simulation_ns;
     bool teleport;
+    const jointed_poses *joints; /* that they come from; NULL: from none */
 } poses;
 
 static_assert(sizeof(collided_body) == sizeof(int32_t), "an array of bodies is sent as an array of their numbers");
@@ -134,6 +135,34 @@ static collided_status send_known(collided *c, const poses *p)
     return failed ? session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the poses") : COLLIDED_OK;
 }
 
+static bool is_acked(const body_record *b)
+{
+    return b && b->announced.state == ANNOUNCE_ACKED;
+}
+
+static bool can_send_joints(const collided *c, const poses *p)
+{
+    bool can = p->joints && is_acked(table_get(&c->bodies, p->joints->carrier));
+    for (size_t i = 0; i < p->count && can; i++) can = is_acked(c->published[i]);
+    return can;
+}
+
+/* What they come to is remembered as if it had been sent. */
+static collided_status send_joints(collided *c, const poses *p)
+{
+    for (size_t i = 0; i < p->count; i++) (void)remember(c, p, i);
+    const wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->id,
+            .sequence = ++c->sequence,
+            .stamp_ns = p->stamp_ns,
+            .step = p->step,
+            .simulation_ns = p->simulation_ns,
+            .extensions = {p->joints->extension_count, p->joints->extensions}}};
+    if (session_send(c, &m) == 0) return COLLIDED_OK;
+    return session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the joints");
+}
+
 /* If the wall clock was set back, the newest poses would be older than those before: these go back with it. The daemon
  * does the same. Stamps of a simulator's own time, a day and more from the clock, are left. */
 static void follow_clock(collided *c)
@@ -159,7 +188,7 @@ static collided_status publish(collided *c, poses p)
     follow_clock(c);
     collided_status status = check_bodies(c, &p);
     if (status == COLLIDED_OK) status = check_numbers(c, &p);
-    if (status == COLLIDED_OK) status = send_known(c, &p);
+    if (status == COLLIDED_OK) status = can_send_joints(c, &p) ? send_joints(c, &p) : send_known(c, &p);
     pthread_mutex_unlock(&c->lock);
     if (p.step && p.step == c->awaited_step) c->step_resumed = true;
     return status;
@@ -179,6 +208,12 @@ collided_status collided_teleport(collided *c, size_t count, const collided_body
                           .teleport = true});
 }
 
+collided_status poses_publish_joints(collided *c, const jointed_poses *j, int64_t stamp_ns, int64_t step)
+{
+    return publish(c, (poses){j->count, j->bodies, j->positions, j->orientations, NULL, NULL, stamp_ns, step,
+                          c->simulation_ns, .teleport = j->teleport, .joints = j});
+}
+
 collided_status collided_move(collided *c, collided_body body, collided_pose pose)
 {
     return collided_publish(c, 1, &body, pose.position, pose.orientation, NULL, NULL, 0, 0);
@@ -192,8 +227,8 @@ void body_acked(collided *c, body_record *body)
     const collided_body id = {body->id};
     const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
         body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, c->lock_step ? 0 : body->step,
-        c->lock_step ? 0 : body->simulation_ns,
-        .teleport = teleported}; /* a step of lock-step may have ended meanwhile */
+        c->lock_step ? 0 : body->simulation_ns, .teleport = teleported,
+        .joints = NULL};         /* a step of lock-step may have ended meanwhile */
     (void)send_run(c, &p, 0, 1); /* a failure is counted there */
 }
 
@@ -204,7 +239,7 @@ void poses_send_again(collided *c)
     static const double NONE[6];
     collided_body bodies[RUN];
     double positions[3 * RUN], orientations[4 * RUN], linear[3 * RUN], angular[3 * RUN];
-    poses p = {0, bodies, positions, orientations, NULL, NULL, 0, 0, 0, false};
+    poses p = {0, bodies, positions, orientations, NULL, NULL, 0, 0, 0, false, NULL};
     for (size_t i = 0; i < c->bodies.capacity && !c->lock_step; i++) {
         const body_record *b = c->bodies.slots[i].value;
         if (!b || b->removed || b->announced.state != ANNOUNCE_ACKED || !body_has_newer_pose(b)) continue;
@@ -214,7 +249,7 @@ void poses_send_again(collided *c)
         if (!fits) {
             (void)send_run(c, &p, 0, p.count);
             p = (poses){0, bodies, positions, orientations, b->has_linear ? linear : NULL,
-                b->has_angular ? angular : NULL, b->stamp_ns, b->step, b->simulation_ns, false};
+                b->has_angular ? angular : NULL, b->stamp_ns, b->step, b->simulation_ns, false, NULL};
         }
         bodies[p.count] = (collided_body){b->id};
         memcpy(positions + 3 * p.count, b->pose, 3 * sizeof(double));

@@ -127,6 +127,7 @@ struct collided {
     body_record **published;   /* of the poses that are being published */
     size_t published_capacity;
     geometry_record *geometries;
+    struct robot_record *robots; /* robots.c */
     int64_t wall_ahead_ns;       /* of the monotonic clock, when poses were published last; 0 = none were */
     int64_t epoch, last_seen_ns; /* the daemon's; 0 = never heard */
     int64_t over;                /* the epoch that was told last to end: nobody who comes to it follows it any more */
@@ -215,9 +216,26 @@ void body_acked(collided *c, body_record *body);   /* sends the pose that was ke
 void bodies_remove_all(collided *c);
 void poses_send_again(collided *c); /* the newest of each body that the daemon knows */
 
+/* robots.c: with the lock held. */
+void robot_forget(collided *c, int32_t carrier); /* that body carries none any more */
+void robots_free(collided *c);
+
 /* unheard.c: the keeper, with the lock held. */
 int64_t unheard_tend(collided *c, int64_t now_ns); /* when it is due again */
 void unheard_reported(collided *c, const wire_reject *why);
+
+/* poses.c: the caller's thread, without the lock. As collided_publish, of bodies that stand where the joints in
+ * `extensions` put them: where the daemon knows all of them, and the one that carries the robot, it is sent these. */
+typedef struct jointed_poses {
+    size_t count;
+    const collided_body *bodies;
+    const double *positions, *orientations;
+    bool teleport;
+    int32_t carrier;
+    uint8_t *extensions;
+    uint32_t extension_count;
+} jointed_poses;
+collided_status poses_publish_joints(collided *c, const jointed_poses *j, int64_t stamp_ns, int64_t step);
 
 /* poses.c: a batch that tells of a step is about to be delivered; the caller's thread. */
 void step_answered(collided *c, subscription_record *subscription, const wire_event_batch *b);

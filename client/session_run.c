@@ -206,6 +206,7 @@ static void free_client(collided *c)
         if (is_body) table_drop(&c->bodies, ((body_record *)a)->id);
         if (is_body) body_free(c, (body_record *)a);
     }
+    robots_free(c);
     bodies_free(c);
     for (geometry_record *g = c->geometries, *next; g; g = next) {
         next = g->next;

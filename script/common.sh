@@ -19,7 +19,7 @@ packages_web=(clang-14 lld-14 wasi-libc libclang-rt-dev-wasm32)
 command -v node >/dev/null || packages_web+=(nodejs)
 command -v npm >/dev/null || packages_web+=(npm)
 # What the tests and benchmarks need beside it.
-packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
+packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev python3-gmpy2 clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps man-db groff bsdextrautils bash-completion systemd lintian debootstrap dpkg-dev binutils file
     iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox libfastrtps-dev gcc-aarch64-linux-gnu libc6-dev-arm64-cross
     qemu-user-static docker-compose locales abigail-tools "${packages_python[@]}" mypy "${packages_web[@]}" chromium)

@@ -1,8 +1,8 @@
 /* collided_check: a small checker of the certificates of the collision daemon collided(8), for whoever does not want to
- * believe a large one. One file of plain C to be read, of less than 500 lines beside comments, without memory of its own, state or
- * dependencies but sqrt. What each accepted certificate proves, and what it does not, says CERTIFICATE.md (installed beside the
- * manual); which part of the way from there to this code is proven by machine, and from which assumptions, says
- * `script/prove`.
+ * believe a large one. One file of plain C to be read, of less than 500 lines beside comments, without memory of its
+ * own, state or dependencies but sqrt. What each accepted certificate proves, and what it does not, says CERTIFICATE.md
+ * (installed beside the manual); which part of the way from there to this code is proven by machine, and from which
+ * assumptions, says `script/prove`.
  *
  *     collided_check_shape ball = {.kind = COLLIDED_CHECK_SPHERE, .radius = 0.1, .pose = {0, 0, 0, 1}};
  *     double here[7] = {0, 0, 0, 1}, there[7] = {1, 0, 0, 1};

@@ -1,6 +1,7 @@
-/* arm_controller: moves a six-axis arm from place to place, publishes where its links are, and listens to how near the
+/* arm_controller: moves a six-axis arm from place to place, publishes what its joints are, and listens to how near the
  * vehicle comes. When the vehicle will come nearer than the protective distance, or nobody knows where it is, the arm
- * brakes, holds, and goes on afterwards. It grips its workpiece once the daemon says that the tool touches it.
+ * brakes, holds, and goes on afterwards. It grips its workpiece once the daemon says that the tool touches it; gripped,
+ * it rides with the tool.
  * One thread, 100 Hz; callbacks run inside example_poll_until.
  *
  * Not safety-rated: in a real cell this comes on top of certified protective devices. */
@@ -135,24 +136,38 @@ enum { STEPS = sizeof PROGRAM / sizeof *PROGRAM };
 
 typedef struct arm {
     const example *e;
+    collided *c;
     collided_loaded_robot *robot;
     collided_pose base;
     collided_body bodies[BODIES];
-    collided_pose poses[BODIES];                     /* world */
     double from[JOINTS], to[JOINTS], values[JOINTS]; /* rad */
     int step;
     double progress; /* of the step, 0 to 1 */
     double speed;    /* share of full speed, 0 to 1 */
-    bool stopped, carries;
+    bool stopped;
     unsigned long stops, grips;
 } arm;
 
-/* The workpiece is where the tool holds it, or where it was left. */
-static void place(arm *a)
+/* Where the tool holds the workpiece, in the tool's frame. */
+static collided_pose in_tool(void)
 {
-    const collided_pose in_tool = {{0, 0, TOOL_M + GRIP_GAP_M + EXAMPLE_WORKPIECE_M / 2}, {1, 0, 0, 0}};
-    collided_loaded_body_poses(a->robot, a->base, a->values, a->poses);
-    if (a->carries) a->poses[WORKPIECE] = collided_pose_product(a->poses[TOOL], in_tool);
+    return (collided_pose){{0, 0, TOOL_M + GRIP_GAP_M + EXAMPLE_WORKPIECE_M / 2}, {1, 0, 0, 0}};
+}
+
+static void grip(arm *a)
+{
+    example_note(a->e, "the tool feels the workpiece: gripped");
+    a->grips++;
+    const collided_pose held = in_tool();
+    (void)example_ok(a->c, collided_attach(a->c, a->bodies[0], a->bodies[WORKPIECE], a->bodies[TOOL], &held),
+        "arm_controller: gripping");
+}
+
+/* It stays where it is. */
+static void let_go(arm *a)
+{
+    (void)example_ok(
+        a->c, collided_detach(a->c, a->bodies[0], a->bodies[WORKPIECE]), "arm_controller: letting the workpiece go");
 }
 
 static void aim(arm *a)
@@ -166,9 +181,8 @@ static void aim(arm *a)
 static void finish_step(arm *a)
 {
     action then = PROGRAM[a->step].then;
-    if (then != GO_ON) a->carries = then == GRIP;
-    a->grips += then == GRIP;
-    if (then == GRIP) example_note(a->e, "the tool feels the workpiece: gripped");
+    if (then == GRIP) grip(a);
+    if (then == RELEASE) let_go(a);
     a->step = (a->step + 1) % STEPS;
     aim(a);
 }
@@ -186,7 +200,6 @@ static void advance(arm *a, bool touching, double dt)
     a->progress = fmin(1, a->progress + a->speed * dt / PROGRAM[a->step].seconds);
     double p = a->progress, s = p * p * p * (10 + p * (6 * p - 15));
     for (int i = 0; i < JOINTS; i++) a->values[i] = a->from[i] + s * (a->to[i] - a->from[i]);
-    place(a);
     if (p < 1 || a->stopped) return;
     if (PROGRAM[a->step].then != GRIP || touching) finish_step(a); /* what it does not feel it waits for */
 }
@@ -243,14 +256,20 @@ static bool load(arm *a)
         return fprintf(stderr, "arm_controller: %s\n", collided_load_error()), false;
     if (!try_states(a)) return false;
     a->stopped = true; /* until it is told that the way is free */
-    a->carries = true; /* puts the workpiece where it will be gripped */
-    (void)collided_loaded_state_values(a->robot, "at_a", a->values);
-    place(a);
-    a->carries = false;
     (void)collided_loaded_state_values(a->robot, "above_a", a->values);
-    place(a);
     aim(a);
     return true;
+}
+
+/* Where it will be gripped first. */
+static collided_pose workpiece_at_a(const arm *a)
+{
+    double values[JOINTS];
+    collided_pose poses[LINKS];
+    memcpy(values, a->values, sizeof values);
+    (void)collided_loaded_state_values(a->robot, "at_a", values);
+    collided_loaded_body_poses(a->robot, a->base, values, poses);
+    return collided_pose_product(poses[TOOL], in_tool());
 }
 
 static bool create_bodies(arm *a, collided *c)
@@ -263,11 +282,14 @@ static bool create_bodies(arm *a, collided *c)
     collided_body_def workpiece = collided_body_def_default();
     workpiece.name = "workpiece";
     workpiece.group = "part";
-    workpiece.pose = a->poses[WORKPIECE];
+    workpiece.pose = workpiece_at_a(a);
     workpiece.shapes = shapes;
     workpiece.shape_count = example_shapes(workpiece.name, shapes);
     a->bodies[WORKPIECE] = collided_create_body(c, &workpiece);
-    return true;
+    /* From here on the daemon puts the links where the joints say. */
+    collided_robot tree;
+    (void)collided_loaded_tree(a->robot, a->base, &tree);
+    return example_ok(c, collided_set_robot(c, a->bodies[0], &tree), "arm_controller: announcing the arm");
 }
 
 static void subscribe(collided *c, senses *s)
@@ -295,12 +317,12 @@ static void subscribe(collided *c, senses *s)
 
 static collided_status publish(const arm *a, collided *c)
 {
-    double positions[3 * BODIES], orientations[4 * BODIES];
-    for (size_t i = 0; i < BODIES; i++) {
-        memcpy(positions + 3 * i, a->poses[i].position, sizeof a->poses[i].position);
-        memcpy(orientations + 4 * i, a->poses[i].orientation, sizeof a->poses[i].orientation);
-    }
-    return collided_publish(c, BODIES, a->bodies, positions, orientations, NULL, NULL, 0, 0);
+    double configuration[JOINTS]; /* of the joints that move */
+    collided_robot tree;
+    const collided_joint_state state = {.positions = configuration};
+    collided_loaded_configuration(a->robot, a->values, configuration);
+    (void)collided_loaded_tree(a->robot, a->base, &tree);
+    return collided_publish_joints(c, a->bodies[0], &state, collided_robot_coordinates(&tree), 0, 0);
 }
 
 static bool run(arm *a, collided *c, const senses *s)
@@ -326,6 +348,7 @@ int main(int argc, char **argv)
     collided *c = example_connect(&e, NULL);
     if (!c) return EX_UNAVAILABLE;
 
+    a.c = c;
     bool good = create_bodies(&a, c);
     subscribe(c, &s);
     good = good && example_ok(c, collided_sync(c, 5), "arm_controller: creating the arm") && run(&a, c, &s);

@@ -2,6 +2,8 @@
  * where memory ends, the process ends with a message. */
 #include "array.h"
 
+#include "ahead.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,11 +28,19 @@ static _Noreturn void out_of_memory(size_t count, size_t size)
     abort();
 }
 
+static _Thread_local size_t handed_out;
+
+size_t base_handed_out(void)
+{
+    return handed_out;
+}
+
 /* malloc(0) may return NULL, which callers would have to tell from failure. */
 static size_t checked_bytes(size_t count, size_t size)
 {
     size_t bytes;
     if (__builtin_mul_overflow(count, size, &bytes)) out_of_memory(count, size);
+    handed_out += bytes;
     return bytes ? bytes : 1;
 }
 
@@ -113,24 +123,40 @@ static const size_t SET_ASIDE = (size_t)1 << 37;
 #endif
 
 /* Memory that may not be touched is none: neither counted nor locked. */
-static void *set_aside(void)
+static void *set_aside(size_t bytes)
 {
-    void *at = mmap(NULL, SET_ASIDE, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (at == MAP_FAILED) out_of_memory(SET_ASIDE, 1);
+    void *at = mmap(NULL, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (at == MAP_FAILED) out_of_memory(bytes, 1);
     return at;
+}
+
+/* By an eighth, and a next such step is touched ahead: a tick finds it touched, and an array has at most a quarter more
+ * memory than it uses. */
+static size_t step_after(size_t bytes)
+{
+    enum { LEAST = 256 << 10, MOST = 4 << 20 };
+    size_t step = bytes / 8, unit = bytes < WIDE ? LEAST : WIDE;
+    if (step > MOST) step = MOST;
+    return step < unit ? unit : step / unit * unit;
+}
+
+/* Of memory at `at`, of which *bytes may be touched, so much that there are `least`; and what comes next. */
+static void open_up(void *at, size_t *bytes, size_t least)
+{
+    while (*bytes < least) *bytes += step_after(*bytes);
+    size_t next = step_after(*bytes);
+    if (mprotect(at, *bytes + next, PROT_READ | PROT_WRITE) != 0) out_of_memory(*bytes, 1);
+    ask_for_wide_pages(at, *bytes + next);
+    ahead_touch((char *)at + *bytes, next);
 }
 
 void *array_grow_in_place(void *at, size_t *capacity, size_t need, size_t size)
 {
     if (need <= *capacity) return at;
-    size_t grown = *capacity + *capacity / 2;
-    if (grown < need) grown = need;
-    if (grown * size < WIDE) grown = WIDE / size;
-    if (grown > SET_ASIDE / size) out_of_memory(need, size);
-    if (!at) at = set_aside();
-    size_t bytes = (grown * size + WIDE - 1) / WIDE * WIDE;
-    if (mprotect(at, bytes, PROT_READ | PROT_WRITE) != 0) out_of_memory(bytes, 1);
-    ask_for_wide_pages(at, bytes);
+    if (need > SET_ASIDE / 2 / size) out_of_memory(need, size);
+    size_t bytes = *capacity * size;
+    if (!at) at = set_aside(SET_ASIDE);
+    open_up(at, &bytes, need * size);
     *capacity = bytes / size;
     return at;
 }
@@ -138,6 +164,40 @@ void *array_grow_in_place(void *at, size_t *capacity, size_t need, size_t size)
 void array_release_in_place(void *at)
 {
     if (at) munmap(at, SET_ASIDE);
+}
+
+/* ---- on the heap, and then in place ---- */
+
+enum { ON_HEAP = 256 << 10 }; /* bytes */
+static const size_t SET_ASIDE_LONG = (size_t)1 << 32;
+
+void *array_grow_long(void *at, size_t *capacity, size_t need, size_t size)
+{
+    if (need <= *capacity) return at;
+    size_t bytes = *capacity * size;
+    if (need <= ON_HEAP / 2 / size) return array_grow(at, capacity, need, size);
+    if (need > SET_ASIDE_LONG / 2 / size) out_of_memory(need, size);
+    if (bytes <= ON_HEAP) {
+        void *in_place = set_aside(SET_ASIDE_LONG), *on_heap = at;
+        size_t had = bytes;
+        bytes = ON_HEAP;
+        open_up(in_place, &bytes, need * size + ON_HEAP);
+        if (had) memcpy(in_place, on_heap, had);
+        free(on_heap);
+        at = in_place;
+    } else {
+        open_up(at, &bytes, need * size);
+    }
+    *capacity = bytes / size;
+    return at;
+}
+
+void array_release_long(void *at, size_t bytes)
+{
+    if (bytes <= ON_HEAP)
+        free(at);
+    else
+        munmap(at, SET_ASIDE_LONG);
 }
 
 void *array_shrink(void *at, size_t *capacity, size_t count, size_t size)

@@ -15,6 +15,8 @@ void *base_realloc(void *old, size_t count, size_t size);
 void *base_alloc_aligned(size_t alignment, size_t count, size_t size); /* alignment: a power of two; free() it */
 void *base_alloc_lines(size_t count, size_t size);                     /* begins a cache line; free() it */
 char *base_strdup(const char *text);
+/* Bytes that the functions above have handed to this thread since it began. */
+size_t base_handed_out(void);
 /* The process ends for want of memory: for handlers of SIGABRT. Any thread. */
 bool base_is_out_of_memory(void);
 
@@ -43,6 +45,17 @@ void array_release_in_place(void *at);
 #define array_reserve_in_place(a, need)                                                                                \
     ((a)->at = (need) > (a)->capacity ? array_grow_in_place((a)->at, &(a)->capacity, (need), sizeof *(a)->at) : (a)->at)
 #define array_free_in_place(a) (array_release_in_place((a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)
+
+/* The same for arrays that may be large and of which there may be many: up to 256 KiB they are on the heap, beyond it
+ * they grow where they are, with less address space, or move without being copied. No other macro may make such an
+ * array grow, or free it. */
+void *array_grow_long(void *at, size_t *capacity, size_t need, size_t size);
+void array_release_long(void *at, size_t bytes);
+#define array_reserve_long(a, need)                                                                                    \
+    ((a)->at = (need) > (a)->capacity ? array_grow_long((a)->at, &(a)->capacity, (need), sizeof *(a)->at) : (a)->at)
+#define array_push_long(a, value) (array_reserve_long((a), (a)->count + 1), (a)->at[(a)->count++] = (value))
+#define array_free_long(a)                                                                                             \
+    (array_release_long((a)->at, (a)->capacity * sizeof *(a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)
 
 #define array_push(a, value) (array_reserve((a), (a)->count + 1), (a)->at[(a)->count++] = (value))
 #define array_trim(a) ((a)->at = array_shrink((a)->at, &(a)->capacity, (a)->count, sizeof *(a)->at))

@@ -3,9 +3,12 @@
  * shifting later keys back, so nothing is left behind that a long life could gather (Knuth, vol. 3, 6.4, algorithm R).
  *
  * A large map that grows does not move all its keys at once, which would take a tick of tens of milliseconds: the
- * smaller table stays beside the larger one, a key is in one of the two, and each change moves some more. */
+ * smaller table stays beside the larger one, a key is in one of the two, and each change moves some more. The larger
+ * one is made before it is needed, so that another thread has touched its memory by then (ahead.h): the first keys lie
+ * anywhere in it, which would be all of its pages within a tick. */
 #include "pair_map.h"
 
+#include "ahead.h"
 #include "array.h"
 #include "secret.h"
 
@@ -61,6 +64,7 @@ void pair_map_free(pair_map *m)
 {
     free_table(&m->table);
     free_table(&m->before);
+    free_table(&m->next);
     *m = (pair_map){0};
 }
 
@@ -104,9 +108,21 @@ static void rehash(pair_map *m, size_t capacity)
 {
     move_some(m, SIZE_MAX);
     m->before = m->table;
-    m->table = make_table(capacity);
+    if (m->next.capacity != capacity) free_table(&m->next);
+    m->table = m->next.keys ? m->next : make_table(capacity);
+    m->next = (pair_map_table){0};
     m->unmoved = m->before.capacity;
     move_some(m, m->before.capacity < LARGE ? SIZE_MAX : 0);
+}
+
+/* When it is half full; it grows at three quarters. */
+static void make_next(pair_map *m)
+{
+    size_t capacity = m->table.capacity;
+    if (capacity < LARGE || m->next.keys || m->count < capacity / 2) return;
+    m->next = make_table(2 * capacity);
+    ahead_touch(m->next.keys, m->next.capacity * sizeof *m->next.keys);
+    ahead_touch(m->next.values, m->next.capacity * sizeof *m->next.values);
 }
 
 static void begin_change(pair_map *m)
@@ -145,6 +161,7 @@ bool pair_map_put(pair_map *m, uint64_t key, uint32_t value)
     m->table.keys[slot] = key;
     m->table.values[slot] = value;
     m->count += is_new;
+    make_next(m);
     return is_new;
 }
 
@@ -169,6 +186,7 @@ void pair_map_each(const pair_map *m, void (*visit)(void *context, uint64_t key,
 
 void pair_map_trim(pair_map *m)
 {
+    free_table(&m->next);
     size_t enough = FIRST_CAPACITY, capacity = m->table.capacity;
     while (enough / 4 < m->count) enough *= 2;
     if (capacity / 4 < enough || capacity * (sizeof(uint64_t) + sizeof(uint32_t)) < ARRAY_SPARE_BYTES) return;

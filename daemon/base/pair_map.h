@@ -18,9 +18,9 @@ typedef struct pair_map_table {
 } pair_map_table;
 
 typedef struct pair_map {
-    pair_map_table table,
-        before;     /* before: the smaller one, which is not empty yet; its keys are NULL if there is none */
-    size_t unmoved; /* slots of that, from the first on */
+    pair_map_table table, before, /* the smaller one, which is not empty yet; its keys are NULL if there is none */
+        next;       /* the larger one that will be needed soon, empty; its keys are NULL if there is none */
+    size_t unmoved; /* slots of `before`, from the first on */
     size_t count;
 } pair_map;
 

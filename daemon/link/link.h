@@ -54,6 +54,9 @@ typedef struct link_sink {
     bool (*much)(void *context);
     /* Somebody has come who reads Status, and may not get the one that was sent last. NULL: nobody wants to know. */
     void (*status_reader)(void *context, struct link *from);
+    /* So many messages of that kind, at least, were lost on their way, or had to be dropped. `client`: whose they were;
+     * 0: nobody knows. NULL: nobody wants to know. */
+    void (*lost)(void *context, struct link *from, wire_kind kind, int64_t client, size_t count);
 } link_sink;
 
 static inline bool link_has_much(const link_sink *sink)

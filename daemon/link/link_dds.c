@@ -58,7 +58,8 @@ static void on_discovery(dds_entity_t entity, void *context)
 
 static bool others_wait(link_dds *l)
 {
-    bool wait = atomic_load(&l->has_discovered) || atomic_load(&l->has_news) || atomic_load(&l->peers_arrived);
+    bool wait = atomic_load(&l->has_discovered) || atomic_load(&l->has_news) || atomic_load(&l->peers_arrived) ||
+                atomic_load(&l->has_lost);
     for (size_t i = 0; i < LINK_DDS_IN; i++)
         wait |= l->readers[i].kind != WIRE_POSE_BATCH && l->readers[i].kind != WIRE_RECEIPT &&
                 atomic_load(&l->readers[i].arrived);
@@ -77,15 +78,20 @@ static void on_poses(dds_entity_t entity, void *context)
     if (!alone || !o->poses(o->poses_context, &r->owner->head)) link_dds_notice(r->owner, &r->arrived);
 }
 
-/* What Cyclone itself notices: samples that were to come and are gone. What was forged it does not: see unheard.c. */
+/* What Cyclone itself notices: samples that were to come and are gone. What was forged it does not: see unheard.c. On a
+ * thread of Cyclone's. */
 static void on_sample_lost(dds_entity_t entity, const dds_sample_lost_status_t status, void *context)
 {
     (void)entity;
     const reader *r = context;
-    if (status.total_count_change <= 0) return;
-    metric_count(r->owner->samples_lost, (uint64_t)status.total_count_change);
-    log_warning(
-        "DDS: %d messages of kind %s were lost on their way", status.total_count_change, wire_kind_name(r->kind));
+    if (status.total_count_change > 0) link_dds_note_lost(r->owner, r->kind, (size_t)status.total_count_change);
+}
+
+void link_dds_note_lost(link_dds *l, wire_kind kind, size_t count)
+{
+    metric_count(l->samples_lost, count);
+    atomic_fetch_add(&l->lost[kind], count);
+    link_dds_notice(l, &l->has_lost);
 }
 
 /* A client's liveliness is that of its writer of Client. */

@@ -96,12 +96,14 @@ struct link_dds {
     atomic_bool peers_arrived, status_matched; /* status_matched: somebody new reads Status */
     void *sample;                              /* room for a sample of any kind, to be written */
     atomic_bool woken;
-    turns waiting;        /* batches of poses, beyond what a round takes */
-    size_t poses;         /* taken by the receive that runs ... */
-    size_t read_bytes;    /* ... and read, of poses */
-    bool on_arrival;      /* a thread of Cyclone's stands in for the tick thread */
-    bool is_behind;       /* the receive that runs has left some that are no poses ... */
-    unsigned loss_waited; /* ... as have so many in a row */
+    atomic_size_t lost[WIRE_KIND_COUNT]; /* samples that DDS found to be lost, and nobody has been told yet; ... */
+    atomic_bool has_lost;                /* ... some are */
+    turns waiting;                       /* batches of poses, beyond what a round takes */
+    size_t poses;                        /* taken by the receive that runs ... */
+    size_t read_bytes;                   /* ... and read, of poses */
+    bool on_arrival;                     /* a thread of Cyclone's stands in for the tick thread */
+    bool is_behind;                      /* the receive that runs has left some that are no poses ... */
+    unsigned loss_waited;                /* ... as have so many in a row */
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream, *samples_lost;
     metric *certificate_days;  /* NULL: no security */
     int64_t certificate_end_s; /* of the first that expires, seconds since the Unix epoch */
@@ -115,6 +117,9 @@ static inline link_dds *link_dds_of(struct link *l)
 
 /* Sets the flag, and wakes the tick thread if none was set. Any thread. */
 void link_dds_notice(link_dds *l, atomic_bool *flag);
+
+/* DDS has found that so many samples were lost: counted, and told the sink in the next receive. Any thread. */
+void link_dds_note_lost(link_dds *l, wire_kind kind, size_t count);
 
 /* That client's: a room, or the link, where nobody speaks for it as well. */
 link_dds *link_dds_home(link_dds *l, int64_t client);

@@ -142,24 +142,26 @@ static void free_waiting(batch_waiting *b)
     free(b);
 }
 
-static void lose_oldest(link_dds *l, uint64_t source)
+static void lose_oldest(link_dds *l, const link_sink *sink, uint64_t source)
 {
     batch_waiting *b = turns_oldest_of(&l->waiting, source);
-    if (b) free_waiting(b);
     metric_count(l->history_full, 1);
+    if (!b) return;
+    if (!b->lost && sink->lost) sink->lost(sink->context, &l->whole->head, WIRE_POSE_BATCH, b->m.pose_batch.client, 1);
+    free_waiting(b);
 }
 
-static void wait_in_line(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
+static void wait_in_line(link_dds *l, const link_sink *sink, batch_waiting *b, uint64_t source, size_t bytes)
 {
     turns_put(&l->waiting, source, b, bytes);
     bool full =
         turns_count_of(&l->waiting, source) > ONE_WAITS || turns_bytes_of(&l->waiting, source) > ONE_WAITS_BYTES;
-    if (full) lose_oldest(l, source);
-    while (l->waiting.bytes > ALL_WAIT_BYTES) lose_oldest(l, turns_longest(&l->waiting));
+    if (full) lose_oldest(l, sink, source);
+    while (l->waiting.bytes > ALL_WAIT_BYTES) lose_oldest(l, sink, turns_longest(&l->waiting));
 }
 
 /* Its first poses, as a batch of their own under the same sequence; the rest stays in `b`. */
-static void wait_in_part(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
+static void wait_in_part(link_dds *l, const link_sink *sink, batch_waiting *b, uint64_t source, size_t bytes)
 {
     wire_pose_batch *rest = &b->m.pose_batch;
     batch_waiting *part = base_zalloc(1, sizeof *part);
@@ -167,7 +169,7 @@ static void wait_in_part(link_dds *l, batch_waiting *b, uint64_t source, size_t 
     part->data = ddsi_serdata_ref(b->data);
     part->held = ddsi_serdata_to_ser_ref(part->data, 0, ddsi_serdata_size(part->data), &part->bytes);
     link_cut_poses(rest, PART, &part->m.pose_batch);
-    wait_in_line(l, part, source, bytes);
+    wait_in_line(l, sink, part, source, bytes);
 }
 
 /* What is refused, or is in an encoding that has to be copied, does not wait. The number of messages handed over. */
@@ -190,8 +192,9 @@ static size_t put_off(
     b->unclaimed = l->whole->head.unclaimed;
     size_t bytes = b->bytes.iov_len, poses = b->m.pose_batch.bodies.count, a_pose = poses ? bytes / poses : bytes;
     b->poses = poses;
-    while (!b->m.pose_batch.step && b->m.pose_batch.bodies.count > PART) wait_in_part(l, b, source, a_pose * PART);
-    wait_in_line(l, b, source, poses ? a_pose * b->m.pose_batch.bodies.count : bytes);
+    while (!b->m.pose_batch.step && b->m.pose_batch.bodies.count > PART)
+        wait_in_part(l, sink, b, source, a_pose * PART);
+    wait_in_line(l, sink, b, source, poses ? a_pose * b->m.pose_batch.bodies.count : bytes);
     return 0;
 }
 
@@ -363,12 +366,22 @@ size_t link_dds_receive_poses(struct link *head, const link_sink *sink)
     return messages;
 }
 
+static void report_lost_samples(link_dds *l, const link_sink *sink)
+{
+    if (!atomic_exchange(&l->has_lost, false)) return;
+    for (int kind = 0; kind < WIRE_KIND_COUNT; kind++) {
+        size_t count = atomic_exchange(&l->lost[kind], 0);
+        if (count && sink->lost) sink->lost(sink->context, &l->whole->head, (wire_kind)kind, 0, count);
+    }
+}
+
 static size_t receive_in(link_dds *l, const link_sink *sink)
 {
     size_t messages = 0;
     l->on_arrival = l->is_behind = false;
     if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->whole->speakers, &l->ear);
     atomic_store(&l->has_news, false);
+    report_lost_samples(l, sink);
     for (size_t i = 0; i < LINK_DDS_IN; i++)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     if (atomic_exchange(&l->status_matched, false) && sink->status_reader)

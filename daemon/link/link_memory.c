@@ -23,11 +23,13 @@ typedef struct link_memory {
     struct link head;
     pipe_buffer incoming; /* under the lock */
     pipe_buffer taken;
-    ARRAY(uint8_t) rest;      /* the message of which only a part was taken; ... */
-    incoming_part part;       /* ... which part; ... */
-    int64_t rest_of;          /* ... of whom */
-    ARRAY(memory_end *) ends; /* under the lock */
-    unsigned offers;          /* under the lock: threads in link_options.poses */
+    ARRAY(uint8_t) rest;          /* the message of which only a part was taken; ... */
+    incoming_part part;           /* ... which part; ... */
+    int64_t rest_of;              /* ... of whom */
+    ARRAY(memory_end *) ends;     /* under the lock */
+    unsigned offers;              /* under the lock: threads in link_options.poses */
+    size_t lost[WIRE_KIND_COUNT]; /* under the lock: messages that did not fit, and nobody has been told yet; ... */
+    bool has_lost;                /* ... some are */
     opened streams;
     wire_memory *memory;
     metric *messages_in, *refused, *queue_full, *messages_out, *out_dropped;
@@ -108,7 +110,12 @@ void memory_send_bytes(memory_end *e, const void *data, size_t size)
         bool fits =
             size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(sizeof e->number, size) <= QUEUE_BYTES;
         first = fits && pipe_used(&hub->incoming) == 0;
-        if (!fits) metric_count(hub->queue_full, 1);
+        if (!fits) {
+            metric_count(hub->queue_full, 1);
+            hub->lost[wire_lcm_kind(data, size)]++;
+            first = !hub->has_lost;
+            hub->has_lost = true;
+        }
         if (fits)
             pipe_put_frame(&hub->incoming, &(pipe_frame){.kind = PIPE_MESSAGE,
                                                .channel = (const char *)&e->number,
@@ -206,12 +213,26 @@ static bool take_next(link_memory *l, const link_sink *sink)
     return true;
 }
 
+static void report_dropped(link_memory *l, const link_sink *sink)
+{
+    size_t lost[WIRE_KIND_COUNT];
+    pthread_mutex_lock(&lock);
+    bool some = l->has_lost;
+    memcpy(lost, l->lost, sizeof lost);
+    memset(l->lost, 0, sizeof l->lost);
+    l->has_lost = false;
+    pthread_mutex_unlock(&lock);
+    for (int kind = 0; kind < WIRE_KIND_COUNT && some; kind++)
+        if (lost[kind] && sink->lost) sink->lost(sink->context, &l->head, (wire_kind)kind, 0, lost[kind]);
+}
+
 /* What has come; where it is more than this round takes, the rest waits. */
 static size_t memory_take_all(struct link *head, const link_sink *sink)
 {
     link_memory *l = link_memory_of(head);
     uint64_t before = metric_get(l->messages_in);
     opened_report(&l->streams, head, sink);
+    report_dropped(l, sink);
     for (bool swapped = false, more = true; more;) {
         if (take_next(l, sink)) {
             more = !l->rest.count;

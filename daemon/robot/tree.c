@@ -244,6 +244,34 @@ void robot_tree_forward(const robot_tree *t, const double *coordinates, pose *ou
     }
 }
 
+size_t robot_tree_unusable(const robot_tree *t, const double *coordinates)
+{
+    for (size_t i = 0; i < t->links; i++) {
+        const tree_joint *j = &t->joints[i];
+        if (j->coordinate < 0) continue;
+        double value = coordinates[j->coordinate] * j->factor + j->offset;
+        double most = j->given.type == ROBOT_PRISMATIC ? ROBOT_SIZE_MAX : TURN_ANGLE_MAX;
+        if (!(fabs(value) <= most)) return (size_t)j->coordinate;
+    }
+    return SIZE_MAX;
+}
+
+void robot_tree_velocities(const robot_tree *t, const double *rates, const pose *at, vec3 *linear, vec3 *angular)
+{
+    for (size_t i = 0; i < t->links; i++) {
+        const tree_joint *j = &t->joints[i];
+        int32_t parent = j->given.parent;
+        vec3 turn = parent < 0 ? VEC_ZERO : angular[parent];
+        vec3 arm = parent < 0 ? at[i].p : vec_sub(at[i].p, at[parent].p);
+        linear[i] = vec_add(parent < 0 ? VEC_ZERO : linear[parent], vec_cross(turn, arm));
+        angular[i] = turn;
+        if (j->coordinate < 0) continue;
+        vec3 own = vec_scale(quat_rotate(at[i].q, vec_unit(j->given.axis)), rates[j->coordinate] * j->factor);
+        vec3 *moved = j->given.type == ROBOT_PRISMATIC ? &linear[i] : &angular[i];
+        *moved = vec_add(*moved, own);
+    }
+}
+
 double robot_tree_reach(const robot_tree *t, size_t link, double reach)
 {
     for (int32_t i = (int32_t)link; i >= 0; i = t->joints[i].given.parent) reach += t->joints[i].step;

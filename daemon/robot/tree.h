@@ -66,6 +66,14 @@ size_t robot_tree_beyond(const robot_tree *t, const double *coordinates);
  * points within ROBOT_SIZE_MAX of the link's origin are concerned. Coordinates must be within TURN_ANGLE_MAX. */
 void robot_tree_forward(const robot_tree *t, const double *coordinates, pose *out);
 
+/* The first coordinate for which a joint that takes its value would be beyond what forward can tell (TURN_ANGLE_MAX,
+ * ROBOT_SIZE_MAX), or SIZE_MAX. Limits of the joints do not matter. */
+size_t robot_tree_unusable(const robot_tree *t, const double *coordinates);
+
+/* The velocities of each link's origin, and its angular ones, in the base's frame, at the poses that forward gave:
+ * linear[link] (m/s), angular[link] (rad/s). `rates`: of the coordinates. */
+void robot_tree_velocities(const robot_tree *t, const double *rates, const pose *at, vec3 *linear, vec3 *angular);
+
 /* m: no point of a link that is within `reach` of the link's origin is farther from where the real numbers would have
  * it. Each level of the tree multiplies matrices of entries up to 1 (3 products: 6 roundoffs), takes a sine and a
  * cosine within TURN_ERROR (4 roundoffs), a quaternion's matrix (16), and adds a rotated offset: less than 64 roundoffs

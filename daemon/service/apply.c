@@ -3,6 +3,7 @@
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
+#include "models.h"
 #include "service.h"
 #include "standby.h"
 #include "streams.h"
@@ -180,8 +181,8 @@ static bool room_for_soft(service *s, const owned_body *b, wire_refusal *why)
     return !more || !apply_limit(s, others + more - 1, s->config.max_soft_vertices, "max_soft_vertices", why);
 }
 
-/* The shapes have been gathered. */
-static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire_refusal *why)
+/* The shapes have been gathered. The robot becomes the body's. */
+static wire_reason put_gathered(service *s, session *c, const wire_body *m, struct model *robot, wire_refusal *why)
 {
     owned_body *b = session_body(c, m->body);
     gather_rules(s, m);
@@ -214,6 +215,8 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
     }
     if (!b) b = session_add_body(c, m->body);
     session_count_body(c, b, id, m->shape_types.count);
+    model_destroy(b->model);
+    b->model = robot;
     b->soft = (uint32_t)weight_of_soft(s);
     c->soft_vertices += b->soft;
     b->sequence = m->sequence;
@@ -226,8 +229,11 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
 static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
 {
     if (!room_for(s, c, session_body(c, m->body), m, why)) return why->reason;
+    struct model *robot;
+    if (model_of(m->extensions, &robot, why) != WIRE_OK) return why->reason;
     bool fits = gather_shapes(s, m, why) && room_for_soft(s, session_body(c, m->body), why);
-    wire_reason reason = fits ? put_gathered(s, c, m, why) : why->reason;
+    wire_reason reason = fits ? put_gathered(s, c, m, robot, why) : why->reason;
+    if (reason != WIRE_OK) model_destroy(robot);
     drop_compounds(s);
     return reason;
 }

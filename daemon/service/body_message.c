@@ -2,6 +2,7 @@
 #include "body_message.h"
 
 #include "geometries.h"
+#include "models.h"
 
 #include "geom/compound.h"
 #include "geom/mesh.h"
@@ -98,7 +99,8 @@ wire_message body_message_of(
             .deadline_ns = def->deadline_ns,
             .stamp_ns = def->stamp_ns,
             .stamp_is_now = def->stamp_is_now,
-            .pose = {7, scratch->pose}}};
+            .pose = {7, scratch->pose},
+            .extensions = model_extensions(b->model)}};
     fill_shapes(s, scratch, def, b, &m.body);
     fill_rules(scratch, def, &m.body);
     return m;

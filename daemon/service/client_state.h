@@ -15,6 +15,7 @@ typedef struct owned_body {
     uint32_t soft;             /* vertices of a soft one, as they count in limits; 0: it is rigid */
     int64_t sequence;          /* of the newest Body */
     ARRAY(int64_t) geometries; /* ids of those that it holds, in the order of its shapes */
+    struct model *model;       /* the robot that it carries; NULL: none */
 } owned_body;
 
 /* What a pose needs to know of a client's bodies, in their order: few bytes a body, which are gone through in runs. */
@@ -92,6 +93,7 @@ typedef struct hearing {
     int64_t said_ns;        /* its last word; 0: it has said none */
     int64_t report_ns;      /* when it may be reported again */
     int64_t report_wait_s;  /* 0: it is heard */
+    bool lost, lost_poses;  /* something of it, perhaps, was lost on its way, and it has not been told; poses alone */
 } hearing;
 
 /* What a client means by a hash. */

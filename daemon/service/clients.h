@@ -40,7 +40,9 @@ void session_free_all(service *s);
 /* unheard.c: clients that publish, and of whom nothing comes */
 void unheard_poses(service *s, const wire_pose_batch *m); /* one has come, whatever becomes of it */
 void unheard_word(service *s, const wire_receipt *m);     /* a Receipt of no stream: epoch 0 */
-void unheard_watch(service *s);                           /* before each Status */
+/* Messages were lost on their way, of that client or (0) of whomever. */
+void unheard_lost(service *s, const struct link *from, wire_kind kind, int64_t client, size_t count);
+void unheard_watch(service *s); /* before each Status */
 
 /* limits.c: what a client may have, and how fast it may talk */
 bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why);

@@ -63,4 +63,11 @@ typedef struct posing {          /* scratch of one batch */
     ARRAY(uint32_t) left_out;
 } posing;
 
+typedef struct expanded_poses { /* scratch of one batch with joints: what its robots' links come to, see models.h */
+    ARRAY(int32_t) bodies;      /* the count of this one counts for all */
+    ARRAY(double) positions, orientations, linear, angular;
+    ARRAY(uint8_t) teleports;
+    bool any_teleport;
+} expanded_poses;
+
 #endif

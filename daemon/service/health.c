@@ -32,7 +32,10 @@ void health_register(service *s)
     s->count.clients_lost = metrics_add(m, "clients_lost", "clients whose lease ran out");
     s->count.unheard =
         metrics_add(m, "unheard", "times that a client was found to be alive while what it publishes did not come");
+    s->count.messages_lost =
+        metrics_add(m, "messages_lost", "messages that a transport lost on their way to this daemon, at least");
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
+    s->count.joints_beyond = metrics_add(m, "joints_beyond", "configurations of robots beyond their joints' limits");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
     s->count.batches_skipped =
@@ -256,7 +259,7 @@ void health_limits(const service *s, char *text, size_t size)
     char suspect[480];
     suspect_describe(s, suspect, sizeof suspect);
     const char *const all[] = {
-        s->limits, service_is_behind(s) ? "pending_pairs" : "", s->starving, s->unheard, suspect};
+        s->limits, service_is_behind(s) ? "pending_pairs" : "", s->starving, s->unheard, s->samples_lost, suspect};
     size_t used = 0;
     text[0] = '\0';
     for (size_t i = 0; i < sizeof all / sizeof *all && used < size; i++)

@@ -7,6 +7,7 @@
 #include "memory.h"
 #include "shares.h"
 #include "suspect.h"
+#include "wire/wire_model.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -57,9 +58,11 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     if (!c) return true;
     int64_t messages = flow_add(shares_flow(s, from, client, SHARES_MESSAGES), s->monotonic_ns, 1);
     if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;
-    if (m->kind != WIRE_POSE_BATCH || !m->pose_batch.bodies.count) return true;
+    size_t more =
+        m->kind == WIRE_POSE_BATCH ? m->pose_batch.bodies.count + wire_joints_poses_most(m->pose_batch.extensions) : 0;
+    if (!more) return true;
     flow *all = shares_flow(s, from, client, SHARES_POSES);
-    int64_t poses = flow_add(all, s->monotonic_ns, m->pose_batch.bodies.count);
+    int64_t poses = flow_add(all, s->monotonic_ns, (int64_t)more);
     return !apply_limit(s, (size_t)poses - 1, s->config.max_client_poses, "max_client_poses", why);
 }
 

@@ -1,6 +1,7 @@
 /* memory: how much there may be, how much there is, and who may still grow. */
 #include "memory.h"
 
+#include "base/ahead.h"
 #include "base/log.h"
 #include "clients.h"
 #include "commands.h"
@@ -10,6 +11,7 @@
 #include "service.h"
 #include "shares.h"
 #include "vertices.h"
+#include "wire/wire_model.h"
 
 #include <fcntl.h>
 #include <inttypes.h>
@@ -222,7 +224,9 @@ static int64_t need_of(service *s, const wire_message *m, bool *may_use_reserve)
         return m->subscription.removed ? 0 : need_of_subscription(s, &m->subscription);
     case WIRE_POSE_BATCH: /* those of lock-step are kept until their step is complete */
         *may_use_reserve = true;
-        return m->pose_batch.step ? POSE_BYTES * m->pose_batch.bodies.count : 0;
+        return m->pose_batch.step ? POSE_BYTES * (int64_t)(m->pose_batch.bodies.count +
+                                                           wire_joints_poses_most(m->pose_batch.extensions))
+                                  : 0;
     case WIRE_QUERY:
         *may_use_reserve = true;
         return ANSWER_BYTES;
@@ -305,6 +309,7 @@ void memory_trim(service *s)
     if (g->statm < 0 || s->monotonic_ns < g->next_trim_ns) return;
     look_again(s);
     bool is_short = g->left < 2 * reserve(g);
+    ahead_allow(!is_short);
     if (!is_short) g->reported = false;
     if (!is_short) return;
     int64_t before = g->resident;

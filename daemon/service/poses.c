@@ -2,6 +2,7 @@
  * then all of these at once. Messages have been checked by the link (wire_check). Tick thread. */
 #include "clients.h"
 #include "commands.h"
+#include "models.h"
 #include "service.h"
 
 #include <inttypes.h>
@@ -210,7 +211,7 @@ size_t poses_room(service *s, const wire_pose_batch *m, uint64_t *work)
     uint64_t before = world_effort(s->world) + s->inbox.effort, sum = 0;
     bool is_kept = c && c->lock_step > 0 && m->step;
     bool counts = world_has_wide(s->world) || count > (before ? MANY_MORE : MANY);
-    if (!c || is_kept || !counts) return count;
+    if (!c || is_kept || !counts || m->extensions.count) return count; /* joints are not parted */
     for (size_t next = 0; i < count; i++) {
         uint64_t effort = effort_of(s, c, m, i, &next);
         if (i && effort && before + sum + effort > enough(s)) break;
@@ -326,11 +327,14 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
     session *c = session_find(s, m->client);
     bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
     bool may = may_wait && !(c && is_mark), waits = may && (!c || c->commands_tick == s->tick);
-    if (waits || (find_bodies(s, c, m) && may)) {
+    wire_pose_batch whole = *m;
+    if (!waits) models_expand(s, c, from, m, &whole);
+    if (waits || (find_bodies(s, c, &whole) && may)) {
         put_into_inbox(s, c, from, m);
         return;
     }
     if (c && m->sequence != STEP_IN_ITS_NAME) c->last_seen_ns = s->monotonic_ns;
-    if (c && steps_take(s, c, from, m)) return;
-    apply_poses_of(s, c, from, m);
+    if (m->extensions.count && !whole.bodies.count) return; /* all of it was refused: no end of a step */
+    if (c && steps_take(s, c, from, &whole)) return;
+    apply_poses_of(s, c, from, &whole);
 }

@@ -3,6 +3,8 @@
  * charged the difference, and what a price does not foresee is bounded where it is done. Pure. */
 #include "shares.h"
 
+#include "wire/wire_model.h"
+
 static const double A_SUBSCRIPTION = 40; /* its stream is memory that the system has yet to find, and a writer */
 static const double COMMAND = 2, A_BODY = 5, A_SHAPE = 2, A_CHILD = 10, A_RULE = 0.2; /* each */
 static const double A_MATCH = 0.002;  /* a rule, or a pattern of a subscription, and a body */
@@ -56,7 +58,9 @@ price price_of(const wire_message *m, size_t bodies)
     case WIRE_QUERY:
         return of_query(&m->query, (double)bodies);
     case WIRE_POSE_BATCH: /* poses have rates of their own */
-        return (price){COMMAND + A_POSE * m->pose_batch.bodies.count, 0};
+        return (price){
+            COMMAND + A_POSE * (double)(m->pose_batch.bodies.count + wire_joints_poses_most(m->pose_batch.extensions)),
+            0};
     case WIRE_VERTEX_BATCH: /* what its body has of vertices is added (shares.c) */
         return (price){COMMAND + A_VERTEX * (m->vertex_batch.vertices.count + m->vertex_batch.extensions.count / 4.0),
             COMMAND + A_VERTEX * (m->vertex_batch.vertices.count + m->vertex_batch.extensions.count / 4.0)};

@@ -3,6 +3,7 @@
  * it, for a round with the poses that have just come there (poses_arrived). */
 #include "server.h"
 
+#include "base/ahead.h"
 #include "base/clock.h"
 #include "base/log.h"
 #include "clients.h"
@@ -12,6 +13,7 @@
 #include "link/link_open.h"
 #include "link/wake.h"
 #include "memory.h"
+#include "models.h"
 #include "notify.h"
 #include "privileges.h"
 #include "recordings.h"
@@ -52,6 +54,7 @@ struct server {
     int64_t offered_ns;    /* end of the last offer of poses, monotonic */
     unsigned close_offers; /* in a row, with no pause between them */
     int64_t ticked_ns;     /* monotonic */
+    bool touches_ahead;    /* memory, by a thread of this server's */
     bool calm;             /* the last round had nothing but poses that change nothing */
 };
 
@@ -144,10 +147,15 @@ static void on_status_reader(void *context, struct link *from)
     ((service *)context)->status_asked = true;
 }
 
+static void on_lost(void *context, struct link *from, wire_kind kind, int64_t client, size_t count)
+{
+    unheard_lost(context, from, kind, client, count);
+}
+
 static link_sink sink_of(service *s)
 {
     return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build,
-        on_enough, on_room, on_much, on_status_reader};
+        on_enough, on_room, on_much, on_status_reader, on_lost};
 }
 
 /* ---- set-up ---- */
@@ -326,6 +334,7 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->replaying = *c->replay != '\0';
     s->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     s->builds = builds_create(s->wake_fd, !s->replaying);
+    v->touches_ahead = !s->replaying && ahead_start();
     s->on_waiting = stay_alive;
     s->on_waiting_context = v;
     s->metrics = metrics_create();
@@ -370,6 +379,7 @@ void server_destroy(server *v)
     free_clients(s);
     shares_destroy(s->shares);
     builds_destroy(s->builds);
+    if (v->touches_ahead) ahead_stop();
     wire_memory_destroy(s->inbox.memory);
     if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
     array_free(&s->inbox.commands);
@@ -379,6 +389,7 @@ void server_destroy(server *v)
     array_free(&s->compounds);
     array_free(&s->rules);
     poses_free(s);
+    models_free(s);
     free(s->part);
     exporter_stop(s->exporter);
     array_free(&s->page);
@@ -546,7 +557,8 @@ static uint8_t health_now(service *s)
 {
     unheard_watch(s);
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    bool degraded = *s->limits || *s->starving || *s->unheard || service_is_behind(s) || suspect_count(s);
+    bool degraded =
+        *s->limits || *s->starving || *s->unheard || *s->samples_lost || service_is_behind(s) || suspect_count(s);
     return degraded ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
@@ -729,6 +741,7 @@ int server_run(server *v)
         int64_t began_ns = clock_monotonic_ns(), thread_began_ns = clock_thread_ns();
         one_round(v, &sink);
         note_round(&v->s, began_ns, thread_began_ns);
+        ahead_heap();
         wait_for_work(v);
     }
     end_in_order(v);

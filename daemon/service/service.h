@@ -36,15 +36,17 @@
 enum { LINKS_MAX = 8 };
 
 /* A limit that was reached is told in Status for so long. */
+#define LOSSES_REPORTED_NS ((int64_t)5000000000)
 #define LIMITS_REPORTED_NS ((int64_t)60000000000)
 
 typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
-    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
+    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *joints_beyond,
+        *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns,
         *round_longest_ns, *round_most_cpu_ns;
-    metric *ticks_on_arrival, *unheard;
+    metric *ticks_on_arrival, *unheard, *messages_lost;
     metric *records_refused;
     metric *memory_refused, *suspects_refused;
     metric *batches_skipped;
@@ -95,6 +97,8 @@ typedef struct service {
     char starving[384]; /* the first stream that starves, for people; "" = none does */
     size_t clients_unheard;
     char unheard[256];         /* the first of them, for people; "" = all are heard */
+    char samples_lost[160];    /* what a transport lost in the last LOSSES_REPORTED_NS, for people; "" = nothing */
+    int64_t samples_lost_ns;   /* when it did so last, monotonic */
     int64_t unheard_report_ns; /* when the next of them may be told, monotonic, ... */
     size_t unheard_first;      /* ... and which session's turn it is */
     wire_memory *backlog_memory;
@@ -160,6 +164,8 @@ typedef struct service {
     inbox inbox;
     vertex_state vertices;
     posing posing;
+    expanded_poses expanded;
+    int64_t joints_report_ns;  /* when one beyond its limits may be logged again, monotonic */
     bool stepped;              /* since the last tick: its streams are told of the step */
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;

@@ -2,6 +2,7 @@
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
+#include "models.h"
 #include "service.h"
 #include "streams.h"
 #include "vertices.h"
@@ -98,9 +99,8 @@ owned_body *session_body(session *c, int32_t number)
 /* Removed bodies make room for new ones once there are many. */
 static void forget_removed(session *c)
 {
-    size_t kept = 0, removed = 0;
-    for (size_t i = 0; i < c->bodies.count; i++) removed += c->bodies.at[i].world_id == WORLD_NONE;
-    if (removed < REMOVED_KEPT) return;
+    size_t kept = 0;
+    if (c->bodies.count - c->body_count < REMOVED_KEPT) return;
     pair_map_free(&c->body_of);
     pair_map_init(&c->body_of);
     for (size_t i = 0; i < c->bodies.count; i++) {
@@ -120,16 +120,16 @@ static void forget_removed(session *c)
 
 void session_add_row(session *c, int32_t number, uint32_t world_id, int64_t pose_sequence)
 {
-    array_push(&c->rows.numbers, number);
-    array_push(&c->rows.world_ids, world_id);
-    array_push(&c->rows.sequences, pose_sequence);
+    array_push_long(&c->rows.numbers, number);
+    array_push_long(&c->rows.world_ids, world_id);
+    array_push_long(&c->rows.sequences, pose_sequence);
 }
 
 owned_body *session_add_body(session *c, int32_t number)
 {
     if (c->bodies.count % REMOVED_KEPT == REMOVED_KEPT - 1) forget_removed(c);
     pair_map_put(&c->body_of, (uint64_t)number + 1, (uint32_t)c->bodies.count);
-    array_push(&c->bodies, ((owned_body){.number = number, .world_id = WORLD_NONE}));
+    array_push_long(&c->bodies, ((owned_body){.number = number, .world_id = WORLD_NONE}));
     session_add_row(c, number, WORLD_NONE, 0);
     return &c->bodies.at[c->bodies.count - 1];
 }
@@ -139,6 +139,10 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
 {
     c->body_count += (size_t)(world_id != WORLD_NONE) - (size_t)(b->world_id != WORLD_NONE);
     c->shape_count += shapes - b->shapes;
+    if (world_id == WORLD_NONE) {
+        model_destroy(b->model);
+        b->model = NULL;
+    }
     c->soft_vertices -= b->soft;
     b->soft = 0;
     b->world_id = c->rows.world_ids.at[b - c->bodies.at] = world_id;
@@ -219,11 +223,14 @@ static void end_subscriptions(service *s, session *c, uint8_t cause)
 
 static void free_session(session *c)
 {
-    for (size_t i = 0; i < c->bodies.count; i++) array_free(&c->bodies.at[i].geometries);
-    array_free(&c->bodies);
-    array_free(&c->rows.numbers);
-    array_free(&c->rows.world_ids);
-    array_free(&c->rows.sequences);
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        array_free(&c->bodies.at[i].geometries);
+        model_destroy(c->bodies.at[i].model);
+    }
+    array_free_long(&c->bodies);
+    array_free_long(&c->rows.numbers);
+    array_free_long(&c->rows.world_ids);
+    array_free_long(&c->rows.sequences);
     array_free(&c->subscriptions);
     array_free(&c->acks);
     steps_free(c);

@@ -6,6 +6,7 @@
 #include "clients.h"
 #include "commands.h"
 #include "geometries.h"
+#include "models.h"
 #include "standby.h"
 #include "vertices.h"
 
@@ -803,7 +804,7 @@ static bool is_known(service *s, const wire_message *m)
     bool known = c != NULL;
     for (uint32_t i = 0; known && i < m->pose_batch.bodies.count; i++)
         known = session_body(c, m->pose_batch.bodies.at[i]) != NULL;
-    return known;
+    return known && models_are_known(c, &m->pose_batch);
 }
 
 static bool must_wait(service *s, purse *p, const wire_message *m)

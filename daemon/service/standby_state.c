@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "geom/mesh.h"
 #include "geometries.h"
+#include "models.h"
 #include "recordings.h"
 #include "standby_parts.h"
 #include "streams.h"
@@ -85,9 +86,12 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     for (size_t i = 0; i < c->bodies.count; i++) {
         owned_body b = c->bodies.at[i];
         NO_ARRAY(&b.geometries);
+        b.model = NULL;
         bytes_put(to, &b, sizeof b);
         bytes_put(to, &c->rows.sequences.at[i], sizeof c->rows.sequences.at[i]);
         PUT_ARRAY(to, &c->bodies.at[i].geometries);
+        wire_u8s robot = model_extensions(c->bodies.at[i].model);
+        PUT_ARRAY(to, &robot);
     }
     PUT_ARRAY(to, &c->subscriptions);
     PUT_ARRAY(to, &c->claims);
@@ -112,6 +116,16 @@ static void confirm(service *s, const session *c)
             .subscription = {.client = c->client, .sequence = c->subscriptions.at[i].sequence}};
         kept_confirm(k, &m);
     }
+}
+
+static bool get_robot(bytes_in *from, owned_body *b)
+{
+    ARRAY(uint8_t) bytes = {0};
+    wire_refusal why;
+    GET_ARRAY(from, &bytes);
+    bool good = !from->broken && model_of((wire_u8s){(uint32_t)bytes.count, bytes.at}, &b->model, &why) == WIRE_OK;
+    array_free(&bytes);
+    return good;
 }
 
 static const char *get_session(service *s, bytes_in *from)
@@ -150,8 +164,9 @@ static const char *get_session(service *s, bytes_in *from)
         bytes_get(from, &b, sizeof b);
         bytes_get(from, &pose_sequence, sizeof pose_sequence);
         GET_ARRAY(from, &b.geometries);
+        if (!get_robot(from, &b)) return "a robot is not one";
         pair_map_put(&c->body_of, (uint64_t)b.number + 1, (uint32_t)i);
-        array_push(&c->bodies, b);
+        array_push_long(&c->bodies, b);
         session_add_row(c, b.number, b.world_id, pose_sequence);
     }
     GET_ARRAY(from, &c->subscriptions);

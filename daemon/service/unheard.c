@@ -4,6 +4,9 @@
  * has not come a second later, or if a client that lives (DDS) has stopped saying so, it is unheard. That is counted,
  * logged and named in the health, and the client is told, again and again: the C library then writes anew.
  *
+ * What a transport itself found to be lost (sample_lost of DDS, a full queue) makes the health degraded for five
+ * seconds, and those whose it may be are told once, so that they write anew what a newer message does not replace.
+ *
  * Tick thread. Nothing here enters the world: no event depends on it. */
 #include "clients.h"
 #include "commands.h"
@@ -42,6 +45,39 @@ void unheard_word(service *s, const wire_receipt *m)
     h->waits_ns = s->monotonic_ns;
 }
 
+/* Once for a series of losses. */
+static void log_losses(service *s, wire_kind kind, int64_t client, size_t count)
+{
+    char of[32] = "";
+    if (client) snprintf(of, sizeof of, " of client %016" PRIx64, (uint64_t)client);
+    bool is_new = !*s->samples_lost;
+    snprintf(s->samples_lost, sizeof s->samples_lost, "messages of kind %s%s were lost on their way to this daemon",
+        wire_kind_name(kind), of);
+    s->samples_lost_ns = s->monotonic_ns;
+    if (!is_new) return;
+    log_warning("%s (%zu or more)", s->samples_lost, count);
+    s->status_due = true;
+}
+
+void unheard_lost(service *s, const struct link *from, wire_kind kind, int64_t client, size_t count)
+{
+    metric_count(s->count.messages_lost, count);
+    if (s->replaying || standby_waits(s)) return;
+    log_losses(s, kind, client, count);
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        if (c->link != from || (client && c->client != client)) continue;
+        c->hearing.lost_poses = kind == WIRE_POSE_BATCH && (!c->hearing.lost || c->hearing.lost_poses);
+        c->hearing.lost = true;
+    }
+}
+
+/* Has a transport lost something, but a short time ago? */
+static void forget_losses(service *s)
+{
+    if (s->monotonic_ns - s->samples_lost_ns > LOSSES_REPORTED_NS) s->samples_lost[0] = '\0';
+}
+
 static bool lacks_poses(const service *s, const hearing *h)
 {
     return h->said > h->newest && s->monotonic_ns - h->waits_ns > UNDER_WAY_S * SECOND_NS;
@@ -55,13 +91,34 @@ static bool is_silent(const service *s, const session *c)
     return c->link->ops->has_liveliness && c->hearing.said_ns && s->monotonic_ns - c->hearing.said_ns > patience;
 }
 
+/* May one more be told? Those that were not in the last second are made up for. */
+static bool may_report(service *s)
+{
+    int64_t from_ns = s->monotonic_ns - SECOND_NS;
+    if (s->unheard_report_ns > s->monotonic_ns) return false;
+    if (s->unheard_report_ns > from_ns) from_ns = s->unheard_report_ns;
+    s->unheard_report_ns = from_ns + SECOND_NS / REPORTS_EACH_S;
+    return true;
+}
+
 /* True: it would have been told, were it its turn. */
+static bool report_lost_messages(service *s, session *c)
+{
+    if (!may_report(s)) return true;
+    wire_refusal why = {.reason = WIRE_UNHEARD};
+    snprintf(why.text, sizeof why.text, "some of its messages may have been lost on their way");
+    apply_reject(
+        s, c->link, c->hearing.lost_poses ? WIRE_POSE_BATCH : WIRE_RECEIPT, c->client, c->hearing.said, -1, &why);
+    c->hearing.lost = c->hearing.lost_poses = false;
+    return false;
+}
+
+/* The same, of one of which nothing comes. */
 static bool report_unheard(service *s, session *c, bool poses)
 {
     hearing *h = &c->hearing;
     if (s->monotonic_ns < h->report_ns) return false;
-    if (s->monotonic_ns < s->unheard_report_ns) return true;
-    s->unheard_report_ns = s->monotonic_ns + SECOND_NS / REPORTS_EACH_S;
+    if (!may_report(s)) return true;
     if (!h->report_wait_s) metric_count(s->count.unheard, 1);
     h->report_wait_s = !h->report_wait_s                      ? REPORT_FIRST_S
                        : 2 * h->report_wait_s < REPORT_LAST_S ? 2 * h->report_wait_s
@@ -86,6 +143,7 @@ void unheard_watch(service *s)
 {
     s->clients_unheard = 0;
     s->unheard[0] = '\0';
+    forget_losses(s);
     if (s->replaying || standby_waits(s)) return;
     size_t count = s->sessions.count, first = s->unheard_first < count ? s->unheard_first : 0;
     bool turn_is_set = false;
@@ -101,5 +159,7 @@ void unheard_watch(service *s)
             c->hearing.report_wait_s = 0;
             if (here) log_notice("client %016" PRIx64 " '%s' is heard again", (uint64_t)c->client, c->name);
         }
+        bool waits = here && c->hearing.lost && report_lost_messages(s, c);
+        if (waits && !turn_is_set) s->unheard_first = at, turn_is_set = true;
     }
 }

@@ -16,6 +16,7 @@
 #include <stdlib.h>
 
 enum {                    /* a step is some nanoseconds */
+    STEPS_A_LOOK = 20,    /* at a body, which is some lines of memory */
     STEPS_A_TRY = 20,     /* of one name against one pattern */
     STEPS_A_BODY = 50,    /* whose boxes are put again, with the look at its neighbours; ... */
     STEPS_A_SHAPE = 20,   /* ... for each of its shapes, and of their children */
@@ -184,17 +185,20 @@ static void end_pass(world *w)
 static size_t look_at(world *w, uint32_t id)
 {
     match *m = &w->match;
-    body *b = &w->bodies.at[id];
+    enum { AHEAD = 16 }; /* bodies */
+    body *b = &w->bodies.at[id], *later = &w->bodies.at[id + AHEAD < w->bodies.count ? id + AHEAD : id];
     size_t tried = 0;
-    if (!b->used || !b->matched) return 1;
+    __builtin_prefetch(&later->matched);
+    __builtin_prefetch(&later->name);
+    if (!b->used || !b->matched) return STEPS_A_LOOK;
     uint32_t class = match_renew_class(m, b->match, b->ghost ? NULL : b->name, b->group, &tried);
     const match_class *c = match_concern(m, class);
     bool is_new = class != b->match, put = is_new || c->marked;
     match_change_class(m, &b->match, class);
-    if (b->ghost) return 1 + STEPS_A_TRY * tried;
+    if (b->ghost) return STEPS_A_LOOK + STEPS_A_TRY * tried;
     w->rematched |= is_new;
     if (is_new || c->concerned) put |= widen(w, b);
-    if (!put || (b->dirty && b->refilter)) return 1 + STEPS_A_TRY * tried;
+    if (!put || (b->dirty && b->refilter)) return STEPS_A_LOOK + STEPS_A_TRY * tried;
     body_mark_dirty(w, id, true);
     return steps_of_put(w, id) + STEPS_A_TRY * tried;
 }

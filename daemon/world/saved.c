@@ -393,7 +393,7 @@ static const char *get_watch(bytes_in *from, world *w)
 
 typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
-    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending, past_clear, moves_before;
+    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending, past_clear, moves_before, concern_next;
     search_list waiting[SEARCH_LISTS];
     uint32_t turn, search_turn, lets_in, lets_in_next, in_parts;
     uint32_t body_serial, epoch;
@@ -493,6 +493,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .in_parts = w->in_parts,
         .moves_before = w->moves_before,
         .search_turn = w->search_turn,
+        .concern_next = w->concern_next,
         .body_serial = w->body_serial,
         .epoch = w->epoch,
         .figures = w->figures};
@@ -515,6 +516,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->purses);
     PUT_LIST(to, &w->payers);
     PUT_LIST(to, &w->concerned);
+    PUT_LIST(to, &w->concerned_found);
     PUT_LIST(to, &w->leaving);
     PUT_LIST(to, &w->held_now);
     PUT_LIST(to, &w->unknown_due);
@@ -641,6 +643,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
         if (w->pairs.at[i].used && !w->pairs.at[i].lingers && w->pairs.at[i].payer >= w->payers.count)
             return "nobody is charged for a pair";
     GET_LIST(from, &w->concerned);
+    GET_LIST(from, &w->concerned_found);
     GET_LIST(from, &w->leaving);
     GET_LIST(from, &w->held_now);
     GET_LIST(from, &w->unknown_due);
@@ -666,6 +669,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->in_parts = h.in_parts != 0;
     w->moves_before = h.moves_before;
     w->search_turn = h.search_turn % SEARCH_LISTS;
+    w->concern_next = h.concern_next < w->bodies.count ? (size_t)h.concern_next : 0;
     memcpy(w->waiting, h.waiting, sizeof w->waiting);
     if ((wrong = impact_wait_restored(w)) != NULL) return wrong;
     w->last_tick_ns = h.last_tick_ns;

@@ -245,15 +245,9 @@ static void activate_with(void *context, uint32_t other)
     if (is_waiting(t, other, &id)) t->spent += pair_activate(t->w, id);
 }
 
-typedef struct waiting {
-    uint64_t since, key;
-    uint32_t pair;
-} waiting;
-
 typedef struct queue {
     turn *turn;
     uint64_t units; /* of all */
-    ARRAY(waiting) list;
 } queue;
 
 static void list_with(void *context, uint32_t other)
@@ -265,12 +259,12 @@ static void list_with(void *context, uint32_t other)
     q->turn->spent += A_PAIR_LISTED;
     const pair *p = &q->turn->w->pairs.at[id];
     q->units += pair_units(q->turn->w, p);
-    array_push(&q->list, ((waiting){p->active_tick, pair_key(p->a, p->b), id}));
+    array_push(&q->turn->w->queue, ((waiting_pair){p->active_tick, pair_key(p->a, p->b), id}));
 }
 
 static int compare_waiting(const void *a, const void *b)
 {
-    const waiting *x = a, *y = b;
+    const waiting_pair *x = a, *y = b;
     if (x->since != y->since) return x->since < y->since ? -1 : 1;
     return (x->key > y->key) - (x->key < y->key);
 }
@@ -280,21 +274,22 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
 {
     enum { SOME_AT_LEAST = 64 };
     queue q = {.turn = t};
+    world *w = t->w;
+    w->queue.count = 0;
     for (size_t i = 0; i < b->shape_count; i++) {
         t->collider = b->shapes[i];
-        broad_each_pair_of(t->w->broad, b->shapes[i], list_with, &q);
+        broad_each_pair_of(w->broad, b->shapes[i], list_with, &q);
     }
     bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
-    if (!fits && q.list.count) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
+    if (!fits && w->queue.count) qsort(w->queue.at, w->queue.count, sizeof *w->queue.at, compare_waiting);
     size_t done = 0;
     uint64_t before = t->spent;
-    for (; done < q.list.count; done++) {
+    for (; done < w->queue.count; done++) {
         bool some = done < SOME_AT_LEAST && t->spent - before < A_MILLISECOND;
         if (!fits && done && !some && t->spent >= units) break;
-        t->spent += pair_activate(t->w, q.list.at[done].pair);
+        t->spent += pair_activate(w, w->queue.at[done].pair);
     }
-    bool whole = done == q.list.count;
-    array_free(&q.list);
+    bool whole = done == w->queue.count;
     return whole;
 }
 
@@ -602,15 +597,22 @@ void slices_take(world *w, uint64_t spent)
 
 /* ---- what is reported of it ---- */
 
-/* Selectors of which a body is due or was so since some tick: all of them are looked at anew now and then. */
+/* Selectors of which a body is due, or was so when all were last looked at: that takes some ticks where they are very
+ * many, and those that are found are `found` until it is done. */
+static void set_bit(concerned_bits *bits, uint32_t selector)
+{
+    size_t word = selector >> 6;
+    array_reserve(bits, word + 1);
+    while (bits->count <= word) bits->at[bits->count++] = 0;
+    bits->at[word] |= (uint64_t)1 << (selector & 63);
+}
+
 static void note_concerned(world *w, const body *b)
 {
     const match_class *c = &w->match.classes.at[b->match];
     for (uint32_t i = 0; i < c->count; i++) {
-        size_t word = c->selectors[i] >> 6;
-        array_reserve(&w->concerned, word + 1);
-        while (w->concerned.count <= word) w->concerned.at[w->concerned.count++] = 0;
-        w->concerned.at[word] |= (uint64_t)1 << (c->selectors[i] & 63);
+        set_bit(&w->concerned, c->selectors[i]);
+        if (w->concern_next) set_bit(&w->concerned_found, c->selectors[i]);
     }
 }
 
@@ -627,23 +629,41 @@ static void wake_concerned(world *w)
             subscription_wake_selecting(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
 }
 
+/* A part of all bodies, from where the last tick ended. What is found, or was noted since, are those. */
 static void find_concerned(world *w)
 {
-    enum { AHEAD = 16 }; /* bodies: each is several lines of memory */
-    w->concerned.count = 0;
-    for (size_t i = 0; i < w->bodies.count && (w->due || w->parked || w->searching); i++) {
+    enum { AHEAD = 16 /* bodies: each is several lines of memory */, PART = 4096 };
+    size_t end = w->bodies.count < w->concern_next + PART ? w->bodies.count : w->concern_next + PART;
+    if (!w->concern_next) w->concerned_found.count = 0;
+    for (size_t i = w->concern_next; i < end; i++) {
         const body *b = &w->bodies.at[i], *later = &w->bodies.at[i + AHEAD < w->bodies.count ? i + AHEAD : i];
         __builtin_prefetch(&later->is_due);
         __builtin_prefetch(&later->searches_left);
-        if (b->used && !b->ghost && (b->is_due || b->is_parked || b->searches_left)) note_concerned(w, b);
+        if (!b->used || b->ghost || !(b->is_due || b->is_parked || b->searches_left)) continue;
+        const match_class *c = &w->match.classes.at[b->match];
+        for (uint32_t k = 0; k < c->count; k++) set_bit(&w->concerned_found, c->selectors[k]);
     }
+    w->concern_next = end < w->bodies.count ? end : 0;
+    if (w->concern_next) return;
+    concerned_bits was = w->concerned;
+    w->concerned = w->concerned_found;
+    w->concerned_found = was;
+}
+
+/* Nobody is concerned any more. */
+static void forget_concerned(world *w)
+{
+    w->concerned.count = w->concerned_found.count = 0;
+    w->concern_next = 0;
 }
 
 void slices_report(world *w)
 {
     enum { NOW_AND_THEN = 32 }; /* ticks */
-    bool some = w->due || w->parked || w->searching;
-    if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
+    if (!(w->due || w->parked || w->searching))
+        forget_concerned(w);
+    else if (w->concern_next || w->figures.ticks % NOW_AND_THEN == 0)
+        find_concerned(w);
     for (size_t i = 0; i < w->left.count; i++) note_concerned(w, &w->bodies.at[w->left.at[i]]);
     wake_concerned(w);
     w->figures.pending_bodies = w->due + w->leaving.count + w->going + w->left.count + w->searching_bodies;

@@ -444,7 +444,9 @@ static uint64_t take_results(soft_job *j)
 
 /* ---- how far they go ---- */
 
-static soft_step_def terms_of_step(const world *w, const soft_job *j)
+/* Its layers of culling are no caches: nothing is kept from step to step. Without one of them a step would take other
+ * units, and so other ticks. */
+static soft_step_def terms_of_step(const soft_job *j)
 {
     const soft_asked *a = &j->asks.at[j->ask];
     return (soft_step_def){.bodies = j->bodies.at,
@@ -453,8 +455,7 @@ static soft_step_def terms_of_step(const world *w, const soft_job *j)
         .pair_count = a->pairs.count,
         .separation = a->separation,
         .want = a->want,
-        .contacts_max = a->most,
-        .without = w->options.caches ? 0 : SOFT_WITHOUT_DIRECTIONS | SOFT_WITHOUT_STARS};
+        .contacts_max = a->most};
 }
 
 static uint64_t place_next(soft_job *j)
@@ -502,7 +503,7 @@ static uint64_t step_on(world *w, soft_job *j)
         return 1;
     }
     if (!j->begun) {
-        const soft_step_def def = terms_of_step(w, j);
+        const soft_step_def def = terms_of_step(j);
         uint64_t units = 0;
         if (!j->step) j->step = soft_step_create(w->workers);
         j->begun = true;

@@ -394,6 +394,13 @@ typedef struct mover { /* an owner of bodies that have moved, in a tick that doe
     size_t left; /* of his, to the next tick */
 } mover;
 
+typedef ARRAY(uint64_t) concerned_bits; /* by selectors */
+
+typedef struct waiting_pair {
+    uint64_t since, key; /* the tick in which it was decided last */
+    uint32_t pair;
+} waiting_pair;
+
 struct world {
     world_options options;
     workers *workers;
@@ -434,6 +441,7 @@ struct world {
     ARRAY(uint64_t) awake_bits; /* of their colliders: see slices.c */
     ARRAY(uint32_t) glided;     /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
+    ARRAY(waiting_pair) queue;             /* of the body that has its turn: see slices.c */
     ARRAY(uint32_t) changed_subscriptions; /* since the last tick, or closed by it */
     ARRAY(uint32_t) unsettled;             /* subscriptions for which not all bodies have been looked at */
     ARRAY(uint64_t) lively;                /* subscriptions that may have something to report; sort_keys sorts them */
@@ -467,20 +475,21 @@ struct world {
     uint32_t turn;       /* the purse that goes first */
     ARRAY(payer) payers; /* see payers.c */
     id_pool payer_ids;
-    pair_map payer_of;         /* owner -> place */
-    uint32_t last_payer;       /* place of the last that was charged */
-    size_t due, parked;        /* bodies; those that wait for max_pairs */
-    ARRAY(uint32_t) leaving;   /* colliders that are gone but for their pairs, in the order in which they go on */
-    pair_map leaving_names;    /* hash of a name -> ghosts that leave, and had a name of that hash */
-    ARRAY(leaver) leavers;     /* whose they are */
-    ARRAY(goers) goers;        /* bodies that are to be removed; ... */
-    size_t going;              /* ... so many, ... */
-    size_t goer_turn, goer;    /* ... those of this place go first; the place of the last one that was told */
-    size_t dear;               /* colliders of which a few pairs may be more than a slice: see slices_is_dear */
-    uint64_t pending;          /* pairs, at least, that wait */
-    bool sliced;               /* in this tick something was put off, or had been */
-    ARRAY(uint64_t) concerned; /* selectors that have a body which is due or parked: bits; made where some are */
-    world_grant *grant;        /* NULL: no budget */
+    pair_map payer_of;       /* owner -> place */
+    uint32_t last_payer;     /* place of the last that was charged */
+    size_t due, parked;      /* bodies; those that wait for max_pairs */
+    ARRAY(uint32_t) leaving; /* colliders that are gone but for their pairs, in the order in which they go on */
+    pair_map leaving_names;  /* hash of a name -> ghosts that leave, and had a name of that hash */
+    ARRAY(leaver) leavers;   /* whose they are */
+    ARRAY(goers) goers;      /* bodies that are to be removed; ... */
+    size_t going;            /* ... so many, ... */
+    size_t goer_turn, goer;  /* ... those of this place go first; the place of the last one that was told */
+    size_t dear;             /* colliders of which a few pairs may be more than a slice: see slices_is_dear */
+    uint64_t pending;        /* pairs, at least, that wait */
+    bool sliced;             /* in this tick something was put off, or had been */
+    concerned_bits concerned, concerned_found; /* selectors that have a body which is due or parked: see slices.c */
+    size_t concern_next;                       /* the body from which on these are found in the next tick */
+    world_grant *grant;                        /* NULL: no budget */
     void *grant_context;
     uint64_t capacity;          /* units: what takes more is set aside; see work.c */
     uint64_t next_bound;        /* key of the pair that is bounded first, if not all can be */

@@ -48,6 +48,8 @@ void world_trim(world *w)
     array_trim(&w->sweep_keys);
     array_trim(&w->search_again);
     array_trim(&w->sort_scratch);
+    w->queue.count = 0;
+    array_trim(&w->queue);
     array_trim(&w->unfinished);
     array_trim(&w->lingering);
     array_trim(&w->dirty);

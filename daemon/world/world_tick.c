@@ -137,6 +137,7 @@ void world_destroy(world *w)
     array_free(&w->glided);
     array_free(&w->past_bodies);
     array_free(&w->sort_scratch);
+    array_free(&w->queue);
     array_free(&w->changed_subscriptions);
     array_free(&w->ghosts);
     array_free(&w->reap);
@@ -161,6 +162,7 @@ void world_destroy(world *w)
     removal_free(w);
     pair_map_free(&w->leaving_names);
     array_free(&w->concerned);
+    array_free(&w->concerned_found);
     array_free(&w->results);
     array_free(&w->sweeps);
     array_free(&w->sweep_order);

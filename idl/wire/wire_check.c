@@ -97,7 +97,8 @@ static wire_reason check_pose_batch(const wire_pose_batch *m, wire_refusal *why)
     TRY(check_magnitudes("linear", m->linear, WIRE_SPEED_MAX, why));
     TRY(check_magnitudes("angular", m->angular, WIRE_SPIN_MAX, why));
     TRY(check_optional("teleports", m->teleports.count, 1, n, why));
-    return check_all_between("teleports", m->teleports, 0, 1, why);
+    TRY(check_all_between("teleports", m->teleports, 0, 1, why));
+    return check_joints(m, why);
 }
 
 static wire_reason check_vertex_batch(const wire_vertex_batch *m, wire_refusal *why)

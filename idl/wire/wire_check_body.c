@@ -258,5 +258,6 @@ wire_reason check_body(const wire_body *m, wire_refusal *why)
     TRY(check_count("pose", m->pose.count, 7, 1, why));
     TRY(check_poses("pose", m->pose, why));
     TRY(check_shapes(m, why));
-    return check_rules(m, why);
+    TRY(check_rules(m, why));
+    return check_model(m, why);
 }

@@ -41,4 +41,7 @@ wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why); /* 
 wire_reason check_soft_vertices(const wire_vertex_batch *m, wire_refusal *why); /* wire_soft.c */
 wire_reason check_soft_interest(wire_u8s extensions, wire_refusal *why);
 
+wire_reason check_model(const wire_body *m, wire_refusal *why); /* wire_model.c */
+wire_reason check_joints(const wire_pose_batch *m, wire_refusal *why);
+
 #endif

@@ -569,6 +569,67 @@ static void features_along_each_axis(void **state)
     }
 }
 
+/* Gaps of 2^-489, of which RULE_SLACK is less than TINY: what is needed and reached, and no more, is refused. */
+static void tiny_gaps(void **state)
+{
+    (void)state;
+    const collided_check_shape point = {.kind = COLLIDED_CHECK_SPHERE, .pose = {0, 0, 0, 1}};
+    const double far = (0x1.f7p-43 + 0x1p-90) * 0x1p-399, times[2] = {0, 1}, axes[6] = {1, 0, 0, 1};
+    const double poses_a[14] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1}, poses_b[14] = {far, 0, 0, 1, 0, 0, 0, far, 0, 0, 1};
+    double until;
+    collided_check_motion m = {
+        .count = 2, .times = times, .poses_a = poses_a, .poses_b = poses_b, .axes = axes, .bend = INFINITY};
+    const struct {
+        double speed;
+        collided_check_status expected;
+    } cases[] = {{0x1p-489, COLLIDED_CHECK_PROVEN}, {0x1p-488 - 0x1p-498, COLLIDED_CHECK_PROVEN},
+        {0x1p-488 - 0x1p-500, COLLIDED_CHECK_TIME_UNPROVEN}, {0x1p-488, COLLIDED_CHECK_TIME_UNPROVEN}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        m.speed = cases[i].speed;
+        assert_int_equal(collided_check_motion_free(&point, &point, &m, &until), cases[i].expected);
+    }
+}
+
+static void as_many_looks_as_may_be(void **state)
+{
+    (void)state;
+    enum { MOST = COLLIDED_CHECK_TIMES_MOST };
+    double *times = malloc((MOST + 1) * sizeof *times), *poses = calloc(7 * (MOST + 1), sizeof *poses), until;
+    assert_true(times && poses);
+    for (size_t i = 0; i <= MOST; i++) times[i] = (double)i, poses[7 * i + 2] = poses[7 * i + 3] = 1;
+    const collided_check_shape ball = {.kind = COLLIDED_CHECK_SPHERE, .radius = 0.5, .pose = {0, 0, 0, 1}};
+    const collided_check_shape plane = {.kind = COLLIDED_CHECK_HALFSPACE, .pose = {0, 0, -1, 1}};
+    collided_check_motion m = {
+        .count = MOST, .times = times, .poses_a = poses, .poses_b = poses, .axes = times, .bend = INFINITY};
+    assert_int_equal(collided_check_motion_free(&plane, &ball, &m, &until), COLLIDED_CHECK_PROVEN);
+    assert_true(until == MOST - 1);
+    m.count = MOST + 1;
+    assert_int_equal(collided_check_motion_free(&plane, &ball, &m, &until), COLLIDED_CHECK_BAD_TIMES);
+    free(times);
+    free(poses);
+}
+
+/* Corners at FEATURE_SLACK of the scale and no more, at one end of the time: refused; and accepted just above it. The
+ * scale is that of the greatest number, at the start or at the end. */
+static void features_at_the_slack(void **state)
+{
+    (void)state;
+    const double times[2] = {0, 1}, direction[3] = {0, 0, 1};
+    double until;
+    for (int way = 0; way < 24; way++) {
+        collided_check_features f = {.kind = way % 2, .count = 1, .times = times, .directions = direction};
+        int wide = way / 8; /* 0: nowhere; 1: at the start; 2: at the end */
+        double slack = 0x1p-49 * (wide ? 0x1p21 : 2);
+        for (int i = way % 2 ? 2 : 1; i < 4; i++) {
+            f.start[3 * i + 2] = f.end[3 * i + 2] = 1;
+            if (wide) (wide == 1 ? f.start : f.end)[3 * i] = 0x1p20;
+            (way & 2 ? f.start : f.end)[3 * i + 2] = way & 4 ? slack * (1 + 0x1p-52) : slack;
+        }
+        assert_int_equal(
+            collided_check_features_free(&f, &until), way & 4 ? COLLIDED_CHECK_PROVEN : COLLIDED_CHECK_TIME_UNPROVEN);
+    }
+}
+
 static void as_many_features_as_may_be(void **state)
 {
     (void)state;
@@ -594,8 +655,9 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(motions_that_are_accepted_are_free),
         cmocka_unit_test(limits_of_the_rules), cmocka_unit_test(bounds_of_motion), cmocka_unit_test(each_look_counts),
         cmocka_unit_test(slack_of_the_rule), cmocka_unit_test(missing_pointers), cmocka_unit_test(reach_of_arrays),
-        cmocka_unit_test(features_along_each_axis), cmocka_unit_test(as_many_features_as_may_be),
-        cmocka_unit_test(bounds_of_tiny_motion), cmocka_unit_test(features_that_are_accepted_are_apart),
-        cmocka_unit_test(limits_of_features)};
+        cmocka_unit_test(features_along_each_axis), cmocka_unit_test(tiny_gaps),
+        cmocka_unit_test(features_at_the_slack), cmocka_unit_test(as_many_looks_as_may_be),
+        cmocka_unit_test(as_many_features_as_may_be), cmocka_unit_test(bounds_of_tiny_motion),
+        cmocka_unit_test(features_that_are_accepted_are_apart), cmocka_unit_test(limits_of_features)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

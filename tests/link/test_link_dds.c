@@ -1,5 +1,6 @@
 /* The DDS link against raw Cyclone clients in processes of their own, in a network namespace without multicast. */
 #include "harness.h"
+#include "link/link_dds_own.h"
 #include "link/link_open.h"
 
 #include "dds_client.h"
@@ -437,6 +438,42 @@ static void much_comes_in_several_rounds_and_the_loss_of_its_sender_behind(void 
     rig_close(&r);
 }
 
+typedef struct losses {
+    wire_kind kind;
+    int64_t client;
+    size_t count, times;
+} losses;
+
+static void on_lost(void *context, struct link *from, wire_kind kind, int64_t client, size_t count)
+{
+    losses *l = context;
+    (void)from;
+    *l = (losses){kind, client, count, l->times + 1};
+}
+
+/* What DDS says it has lost wakes the tick thread, which is told once. */
+static void what_dds_has_lost_is_told(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    losses l = {.times = 0};
+    link_sink sink = {.context = &l, .lost = on_lost};
+    r.link->ops->receive(r.link, &sink);
+    assert_int_equal(l.times, 0);
+    link_dds_note_lost(link_dds_of(r.link), WIRE_BODY, 2);
+    link_dds_note_lost(link_dds_of(r.link), WIRE_BODY, 3);
+    assert_true(rig_is_woken(&r, 1000));
+    r.link->ops->receive(r.link, &sink);
+    assert_int_equal(l.times, 1);
+    assert_int_equal(l.kind, WIRE_BODY);
+    assert_int_equal(l.client, 0);
+    assert_int_equal(l.count, 5);
+    r.link->ops->receive(r.link, &sink);
+    assert_int_equal(l.times, 1);
+    rig_close(&r);
+}
+
 /* ---- rounds on the thread that poses arrive on ---- */
 
 enum { EVENTS_A_ROUND = 16 };
@@ -624,6 +661,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(large_batches_arrive_in_order),
         cmocka_unit_test(a_flood_of_poses_does_not_stand_before_those_of_others),
         cmocka_unit_test(a_large_batch_comes_in_parts_and_a_step_does_not),
+        cmocka_unit_test(what_dds_has_lost_is_told),
         cmocka_unit_test(much_comes_in_several_rounds_and_the_loss_of_its_sender_behind),
         cmocka_unit_test(no_round_on_arrival_waits_for_a_reader),
         cmocka_unit_test(a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed),

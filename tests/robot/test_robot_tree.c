@@ -86,6 +86,41 @@ static void test_poses(void **state)
     }
 }
 
+/* By central differences of the poses. */
+static void test_velocities(void **state)
+{
+    (void)state;
+    uint64_t seed = 6;
+    const double h = 1e-6;
+    for (int round = 0; round < rounds_of(3000); round++) {
+        robot_draw d;
+        draw_robot(&seed, &d);
+        double q[DRAW_LINKS], rates[DRAW_LINKS], before[DRAW_LINKS], after[DRAW_LINKS];
+        pose at[DRAW_LINKS], was[DRAW_LINKS], will_be[DRAW_LINKS];
+        vec3 linear[DRAW_LINKS], angular[DRAW_LINKS];
+        draw_configuration(&seed, d.tree, q);
+        for (size_t c = 0; c < robot_tree_coordinates(d.tree); c++) {
+            q[c] = fmax(-3, fmin(3, q[c]));
+            rates[c] = prng_in(&seed, -1, 1);
+            before[c] = q[c] - h * rates[c], after[c] = q[c] + h * rates[c];
+        }
+        robot_tree_forward(d.tree, q, at);
+        robot_tree_forward(d.tree, before, was);
+        robot_tree_forward(d.tree, after, will_be);
+        robot_tree_velocities(d.tree, rates, at, linear, angular);
+        for (size_t i = 0; i < d.joint_count; i++) {
+            double size = 1 + robot_tree_reach(d.tree, i, 1) + vec_norm(angular[i]) * vec_norm(angular[i]);
+            quat turn = quat_mul(will_be[i].q, quat_conj(was[i].q));
+            double sign = turn.w < 0 ? -1 : 1;
+            vec3 moved = vec_scale(vec_sub(will_be[i].p, was[i].p), 0.5 / h),
+                 turned = vec_scale(vec(turn.x, turn.y, turn.z), sign / h);
+            assert_true(vec_norm(vec_sub(moved, linear[i])) <= 1e-7 * size * size);
+            assert_true(vec_norm(vec_sub(turned, angular[i])) <= 1e-7 * size * size);
+        }
+        draw_robot_free(&d);
+    }
+}
+
 /* Where a point of link b is, seen from link a. */
 static vec3 seen_from(const robot_draw *d, int32_t a, uint32_t b, vec3 point, const double *q)
 {
@@ -180,6 +215,6 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_sines), cmocka_unit_test(test_poses),
-        cmocka_unit_test(test_bends), cmocka_unit_test(test_refused)};
+        cmocka_unit_test(test_velocities), cmocka_unit_test(test_bends), cmocka_unit_test(test_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

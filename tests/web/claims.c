@@ -161,6 +161,24 @@ static void ask_kernel(const subject *x, const subject *y, const collided_certif
     exit(1);
 }
 
+/* One word becomes anything, or the last are missing: what the checkers say then is told behind the words. They read a
+ * copy that ends where the words do, for a sanitizer to see. Returns how many words there are. */
+static size_t spoil(random_state *r, double *words, size_t count, double **end)
+{
+    static const double ODD[] = {NAN, INFINITY, -INFINITY, -1, 0, 0.5, 7, 10, 255, 256, 65537, 4e6, 1e300};
+    words[random_bits(r) % count] = ODD[random_bits(r) % (sizeof ODD / sizeof *ODD)];
+    if (random_bits(r) % 4 == 0) count -= random_bits(r) % count;
+    double *copy = malloc(count * sizeof *copy);
+    if (!copy) exit(1);
+    memcpy(copy, words, count * sizeof *copy);
+    *end = words + count;
+    (*end)[0] = checker_check(copy, count);
+    (*end)[1] = checker_kernel(copy, count, ALLOWED);
+    memcpy(*end + 2, checker_kernel_proven(), 2 * sizeof **end);
+    free(copy);
+    return count;
+}
+
 static void write_claim(random_state *r)
 {
     static const double AWAY[] = {0, 0, 100, 1e6};
@@ -188,10 +206,11 @@ static void write_claim(random_state *r)
         fprintf(stderr, "claims: the words of a claim say another thing than the claim\n");
         exit(1);
     }
+    ask_kernel(&x, &y, &claim, words + 1, count, end + 1);
+    *end = status;
+    if (random_bits(r) % 8 == 0) count = spoil(r, words + 1, count, &end);
     words[0] = (double)count;
-    *end++ = status;
-    ask_kernel(&x, &y, &claim, words + 1, count, end);
-    end += 3;
+    end += 4;
     if (fwrite(words, sizeof *words, (size_t)(end - words), stdout) != (size_t)(end - words)) exit(1);
 }
 

@@ -62,6 +62,7 @@ await test("what is shown is proven in the page, and what was tampered with turn
   await until(page, () => document.querySelector("#selected-title").textContent === "Selected pair");
   await page.evaluate(() => document.querySelector("#prove").click());
   assert.match(await text(page, "#verdict"), /^proven by code in your browser/);
+  assert.match(await text(page, "#verdict"), /\. The kernel proves .+ … .+$/);
   assert.equal(await page.$eval("#notice", (e) => e.hidden), true);
   fake.send(5, contacts([{ ...pair, lo: pair.lo + 1e-6, hi: pair.hi + 1e-6 }])); // on the way, by a micrometre
   await until(page, () => document.querySelector("#pairs td.verdict")?.textContent === "refused");

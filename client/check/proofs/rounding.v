@@ -81,7 +81,7 @@ Theorem accepted_piece : forall first last margin T taken sum need diff size bou
   diff <= (1 + u) * (sum - need) ->
   (1 - 4 * u) * (Rabs first + Rabs last + (2 * Rabs margin + taken)) <= size ->
   (1 - 3 * u) * (RULE_SLACK * size + TINY) <= bound ->
-  0 <= bound -> bound < diff -> 2 * margin + T < first + last.
+  0 <= bound -> bound <= diff -> 2 * margin + T < first + last.
 Proof.
   intros first last margin T taken sum need diff size bound. unfold u, RULE_SLACK, TINY.
   intros HT Htk H1 H2 H3 H4 H5 H6 H7 H8.

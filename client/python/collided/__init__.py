@@ -20,12 +20,13 @@ from .errors import (BadArgument, CollidedError, ConnectError, Forked, NoDaemon,
                      UnknownId, Unsupported)
 from .events import EVENT, IMPACT, POINT, Achieved, Batch, Event, Kind
 from .kernel import Checked, CheckStatus, check, check_motion, check_twist
+from .robots import Joint, JointType, Robot, Tried, Verdict
 from .shapes import (Claim, Pose, Shape, box, capsule, compound, cone, cylinder, ellipsoid, halfspace, sphere, verify)
 from .subscription import Subscription
 
 __all__ = [
     "EVENT", "IMPACT", "POINT", "Achieved", "Answers", "BadArgument", "Batch", "Body", "CheckStatus", "Checked", "Claim", "Client", "CollidedError",
-    "ConnectError", "Event", "Forked", "Found", "Hit", "Ids", "Kind", "NoDaemon", "Overrun", "Pose", "Rejected",
-    "Rejection", "Rule", "Shape", "Status", "Subscription", "Timeout", "TransportError", "UnknownId", "Unsupported", "box",
+    "ConnectError", "Event", "Forked", "Found", "Hit", "Ids", "Joint", "JointType", "Kind", "NoDaemon", "Overrun", "Pose", "Rejected",
+    "Rejection", "Robot", "Rule", "Shape", "Status", "Subscription", "Timeout", "TransportError", "Tried", "UnknownId", "Unsupported", "Verdict", "box",
     "capsule", "check", "check_motion", "check_twist", "compound", "cone", "connect", "cylinder", "ellipsoid", "halfspace", "ids", "sphere", "verify", "version",
 ]

@@ -27,6 +27,7 @@ from ._native import ffi, lib
 from .arrays import Floats, Vector, doubles, one_order, quaternion, vector
 from .errors import text_of
 from .events import Achieved, Batch
+from .robots import Robot, Tried, options, rows, state, tried
 from .shapes import IDENTITY, Pose, Shape, c_shapes, fill_pose
 from .subscription import Subscription
 
@@ -491,6 +492,64 @@ class Client:
         with self.native() as c:
             self.check(call(c, count, ffi.from_buffer("collided_body[]", bodies), c_positions, orientations, c_linear,
                             c_angular, stamp_ns, step))
+
+    # ---- robots ----
+
+    def set_robot(self, carrier: Body, robot: Robot) -> None:
+        """Makes bodies of this client move with the joints of a robot, which is known by one of them from now on, as a rule its
+        first link. Where each is follows from what publish_joints says."""
+        with self.native() as c:
+            self.check(lib.collided_set_robot(c, [carrier.id], robot.native))
+
+    def publish_joints(self, carrier: Body, positions: Vector, *, velocities: Vector | None = None, base: Pose | None = None,
+                       teleport: bool = False, stamp_ns: int = 0, step: int = 0) -> None:
+        """Publishes the values of a robot's joints, rad or m, of those that move and mimic no other; the daemon puts the links
+        where they are then. velocities: a second; base: of a robot that moves about, world."""
+        joints, count, keep = state(positions, velocities, base, teleport)
+        with self.native() as c:
+            self.check(lib.collided_publish_joints(c, [carrier.id], joints, count, stamp_ns, step))
+        del keep
+
+    def attach(self, carrier: Body, part: Body, link: Body, in_link: Pose = IDENTITY) -> None:
+        """Makes a body ride with a link of a robot, at a pose in the link's frame: a gripped part."""
+        pose = ffi.new("collided_pose *")
+        pose.position, pose.orientation = in_link.position, in_link.wxyz
+        with self.native() as c:
+            self.check(lib.collided_attach(c, [carrier.id], [part.id], [link.id], pose))
+
+    def detach(self, carrier: Body, part: Body) -> None:
+        """Lets go of a part: it stays where it was last."""
+        with self.native() as c:
+            self.check(lib.collided_detach(c, [carrier.id], [part.id]))
+
+    def check_states(self, robot: Robot, configurations: Any, *, margin_m: float = 0.0, measure: bool = False,
+                     tolerance_m: float = 1e-6, timeout_s: float = 10.0) -> list[Tried]:
+        """Tells which configurations are free of all that the robot's links are to keep away from, and of each other: (n,
+        robot.coordinates) numbers. Nothing is moved. The links' bodies may be anybody's. Raises Timeout, Unsupported."""
+        asked = rows("configurations", configurations, robot.coordinates)
+        return self._try(lib.collided_check_states, robot, asked, options(margin_m, 1e-4, True, measure, tolerance_m), timeout_s)
+
+    def check_edges(self, robot: Robot, edges: Any, *, margin_m: float = 0.0, resolution_m: float = 1e-4,
+                    find_first: bool = True, timeout_s: float = 10.0) -> list[Tried]:
+        """Tells which straight lines in joint space are free, all of each, not samples: (n, 2, robot.coordinates) numbers, from
+        and to. Otherwise as check_states."""
+        asked = rows("edges", edges, 2 * robot.coordinates)
+        return self._try(lib.collided_check_edges, robot, asked, options(margin_m, resolution_m, find_first, False, 1e-6), timeout_s)
+
+    def _try(self, call: Any, robot: Robot, asked: Floats, how: Any, timeout_s: float) -> list[Tried]:
+        found: list[Tried] = []
+        until = time.monotonic() + timeout_s
+        answer = ffi.new("collided_checked *")
+        for first in range(0, len(asked), 1024):  # between two calls Ctrl-C is heard
+            some = asked[first:first + 1024]
+            with self.native() as c:
+                try:
+                    left = max(0.0, until - time.monotonic())
+                    self.check(call(c, robot.native, how, ffi.from_buffer("double[]", some), len(some), left, answer))
+                    found += tried(answer)
+                finally:
+                    lib.collided_checked_free(answer)
+        return found
 
     def end_step(self, step: int) -> bool:
         """Ends a step of lock-step without waiting. True if it is done already: `step` waits for the same one."""
