@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const double WIDTH = 1200, HEIGHT = 900;                         /* px, of the whole */
-static const double SCALE = 290, CENTRE_X = 614, CENTRE_Y = 487;        /* px/m; px: where the world's origin is */
+static const double SCALE = 290, CENTRE_X = 614, CENTRE_Y = 499;        /* px/m; px: where the world's origin is */
 static const double LIGHT[3] = {-0.46, -0.34, 0.82};                    /* unit: towards the light */
 static const double LANE_LOW = 0.32, LANE_HIGH = 0.88, LANE_END = 1.85; /* m, y and |x|: the painted lane */
 static const double PI = 3.14159265358979323846;

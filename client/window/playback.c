@@ -139,8 +139,8 @@ void playback_program(char program[PLAYBACK_PROGRAM_MAX])
     ssize_t n = readlink("/proc/self/exe", program, PLAYBACK_PROGRAM_MAX - sizeof "collided");
     program[n > 0 ? n : 0] = '\0';
     char *slash = strrchr(program, '/');
-    if (slash) strcpy(slash + 1, "collided");
-    if (!slash || access(program, X_OK) != 0) strcpy(program, "collided");
+    if (slash) memcpy(slash + 1, "collided", sizeof "collided");
+    if (!slash || access(program, X_OK) != 0) memcpy(program, "collided", sizeof "collided");
 }
 
 bool playback_open(playback *p, const char *daemon, const char *file, long workers, char *why, size_t why_size)
