@@ -1,5 +1,5 @@
 // test_foxglove.mjs BIN: Foxglove's own client library against collided-web, under both names of its protocol: channels, messages by
-// Foxglove's schemas, services with collidectl's answers; Host, Origin and token; what is malformed; a slow reader; a daemon that
+// Foxglove's schemas, services with collidectl's answers; Host, Origin and token; what is malformed; a daemon that
 // is killed; and nothing is asked of the daemon while nobody subscribes.
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
