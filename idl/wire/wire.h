@@ -250,7 +250,7 @@ enum {
     WIRE_EXTENSION_CHECK = 5,      /* Query: a robot, and its configurations or motions (wire_robot.h) */
     WIRE_EXTENSION_CHECKED = 6,    /* Answer: what became of each of them */
     WIRE_EXTENSION_SOFT = 7,       /* and 8 to 10: soft bodies (wire_soft.h) */
-    WIRE_EXTENSION_LAST = 12 /* 11 and 12: robots that bodies carry, and their joints (wire_model.h) */
+    WIRE_EXTENSION_LAST = 12       /* 11 and 12: robots that bodies carry, and their joints (wire_model.h) */
 };
 
 /* Of a body in a scene, added up. */

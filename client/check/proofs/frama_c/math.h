@@ -1,5 +1,5 @@
-/* math.h, as Frama-C is to see it: sqrt and fabs write nothing, as with -fno-math-errno, which the library is built with.
- * (Frama-C's own has them write errno.) */
+/* math.h, as Frama-C is to see it: sqrt and fabs write nothing, as with -fno-math-errno, which the library is built
+ * with. (Frama-C's own has them write errno.) */
 #ifndef COLLIDED_CHECK_PROOFS_MATH_H
 #define COLLIDED_CHECK_PROOFS_MATH_H
 
