@@ -15,6 +15,7 @@ void link_cut_poses(wire_pose_batch *rest, uint32_t count, wire_pose_batch *part
 {
     *part = *rest;
     part->step = 0;
+    part->extensions = (wire_u8s){0, NULL}; /* joints, likewise with the last one */
     cut_out(part, 0, count);
     cut_out(rest, count, rest->bodies.count - count);
 }
