@@ -25,7 +25,7 @@ struct model {
     uint8_t bytes[]; /* the extensions of its Body */
 };
 
-static pose pose_of(const double at[7])
+static pose pose_from_seven(const double at[7])
 {
     return (pose){vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})};
 }
@@ -62,7 +62,7 @@ wire_reason model_of(wire_u8s extensions, struct model **out, wire_refusal *why)
         return why->reason;
     }
     struct model *made = base_zalloc(1, sizeof *made + extensions.count);
-    *made = (struct model){.tree = tree, .base = pose_of(m.base), .size = extensions.count};
+    *made = (struct model){.tree = tree, .base = pose_from_seven(m.base), .size = extensions.count};
     memcpy(made->bytes, extensions.at, extensions.count);
     for (int32_t i = 0; i < m.count; i++) {
         made->bodies[i] = m.links[i].body;
@@ -134,7 +134,7 @@ static bool is_within(vec3 v, double most)
 static bool move_robot(const struct model *m, const wire_joints *j, robot_motion *out, wire_refusal *why)
 {
     bool rates = j->flags & WIRE_JOINTS_GIVE_RATES, moves_base = rates && j->flags & WIRE_JOINTS_GIVE_BASE;
-    pose base = j->flags & WIRE_JOINTS_GIVE_BASE ? pose_of(j->base) : m->base;
+    pose base = j->flags & WIRE_JOINTS_GIVE_BASE ? pose_from_seven(j->base) : m->base;
     vec3 linear = moves_base ? vec(j->motion[0], j->motion[1], j->motion[2]) : VEC_ZERO,
          angular = moves_base ? vec(j->motion[3], j->motion[4], j->motion[5]) : VEC_ZERO;
     size_t bad = robot_tree_unusable(m->tree, j->values);
@@ -189,7 +189,7 @@ static const struct model *find_model(session *c, const wire_joints *j, wire_ref
     return NULL;
 }
 
-static void put_vec(double *to, vec3 v)
+static void store_vec(double *to, vec3 v)
 {
     to[0] = v.x, to[1] = v.y, to[2] = v.z;
 }
@@ -213,10 +213,10 @@ static void append_robot(expanded_poses *e, const struct model *m, const robot_m
         quat q = at->at[i].q;
         double *orientation = e->orientations.at + 4 * k;
         e->bodies.at[k] = m->bodies[i];
-        put_vec(e->positions.at + 3 * k, at->at[i].p);
+        store_vec(e->positions.at + 3 * k, at->at[i].p);
         orientation[0] = q.w, orientation[1] = q.x, orientation[2] = q.y, orientation[3] = q.z;
-        if (rates) put_vec(e->linear.at + 3 * k, at->linear[i]);
-        if (rates) put_vec(e->angular.at + 3 * k, at->angular[i]);
+        if (rates) store_vec(e->linear.at + 3 * k, at->linear[i]);
+        if (rates) store_vec(e->angular.at + 3 * k, at->angular[i]);
         e->teleports.at[k] = teleport;
         e->any_teleport |= teleport;
     }

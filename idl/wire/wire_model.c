@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-static bool find_record(wire_u8s extensions, uint32_t id, wire_u8s *record)
+static bool find_robot_record(wire_u8s extensions, uint32_t id, wire_u8s *record)
 {
     wire_extension e;
     while (wire_extension_next(&extensions, &e))
@@ -51,7 +51,7 @@ uint32_t wire_model_write(const wire_model *m, uint8_t *out)
 
 bool wire_model_find(wire_u8s extensions, wire_u8s *record)
 {
-    return find_record(extensions, WIRE_EXTENSION_MODEL, record);
+    return find_robot_record(extensions, WIRE_EXTENSION_MODEL, record);
 }
 
 static void read_link(const uint8_t *at, wire_link *l)
@@ -120,7 +120,7 @@ uint32_t wire_joints_write(const wire_joints *j, uint8_t *out)
 
 bool wire_joints_find(wire_u8s extensions, wire_u8s *record)
 {
-    return find_record(extensions, WIRE_EXTENSION_JOINTS, record);
+    return find_robot_record(extensions, WIRE_EXTENSION_JOINTS, record);
 }
 
 bool wire_joints_next(wire_u8s *rest, wire_joints *out)

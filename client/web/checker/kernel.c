@@ -3,7 +3,7 @@
  * each followed by its points. Part of verify.wasm, and native for the tests. One thread. */
 #include "checker.h"
 
-#include "../../check/collided_check.h"
+#include "check/collided_check.h"
 
 #include <math.h>
 #include <stdbool.h>
