@@ -142,7 +142,8 @@ static void what_ends_meanwhile_is_not_told_to_be_unknown(void **state)
 
 /* ---- a body of so many pairs that no tick can look at all of them ---- */
 
-enum { MANY = 40000, MANY_SIDE = 35, MANY_SLICE = 2000000, BESIDE = 1500000 /* units */ };
+/* BESIDE: units of what a tick does beside its slice, a look at all bodies by their names among it. */
+enum { MANY = 40000, MANY_SIDE = 35, MANY_SLICE = 2000000, BESIDE = 3000000 };
 
 typedef struct plenty {
     world *w;
