@@ -37,6 +37,7 @@ static const int64_t WATCH_BYTES = 1536;   /* a pair that one more subscriber is
 static const int64_t TRIANGLE_BYTES = 512; /* while a mesh is built; 240 when it is there */
 static const int64_t POINT_BYTES = 1024;   /* while a hull is built */
 static const int64_t SHAPE_BYTES = 2048, BODY_BYTES = 2048, NAMED_BYTES = 16384, POSE_BYTES = 256;
+static const int64_t ROBOT_BYTES = 65536; /* of the largest that a body may carry */
 static const int64_t VERTEX_BYTES = 1024; /* of a soft body: its places, boxes, and frames that wait */
 static const int64_t ANSWER_BYTES = 2 << 20;
 
@@ -215,7 +216,8 @@ static int64_t need_of(service *s, const wire_message *m, bool *may_use_reserve)
     case WIRE_BODY:
         return m->body.removed ? 0
                                : BODY_BYTES + SHAPE_BYTES * m->body.shape_types.count + (int64_t)wire_lcm_size(m) +
-                                     VERTEX_BYTES * (int64_t)vertices_of_body(s, &m->body);
+                                     VERTEX_BYTES * (int64_t)vertices_of_body(s, &m->body) +
+                                     (m->body.extensions.count ? ROBOT_BYTES : 0);
     case WIRE_VERTEX_BATCH: /* a frame replaces another one, or waits: what its body may take has been counted, mostly
                              */
         *may_use_reserve = true;

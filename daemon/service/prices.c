@@ -7,6 +7,7 @@
 
 static const double A_SUBSCRIPTION = 40; /* its stream is memory that the system has yet to find, and a writer */
 static const double COMMAND = 2, A_BODY = 5, A_SHAPE = 2, A_CHILD = 10, A_RULE = 0.2; /* each */
+static const double AN_OCTET_OF_ROBOT = 0.003;
 static const double A_MATCH = 0.002;  /* a rule, or a pattern of a subscription, and a body */
 static const double A_NUMBER = 0.012; /* of a geometry: copied into memory that the system has yet to find */
 static const double A_POSE = 0.1, A_VERTEX = 0.005;              /* a number of a vertex: checked, and copied */
@@ -29,7 +30,8 @@ static price of_body(const wire_body *m, double bodies)
     double shapes = m->shape_types.count, rules = m->rule_patterns.count, children = 0;
     for (uint32_t i = 0; i < m->shape_types.count; i++)
         if (m->shape_types.at[i] == WIRE_SHAPE_COMPOUND) children += m->shape_sizes.at[3 * (size_t)i];
-    double putting = A_BODY + A_SHAPE * shapes + A_CHILD * children + A_RULE * rules;
+    double putting =
+        A_BODY + A_SHAPE * shapes + A_CHILD * children + A_RULE * rules + AN_OCTET_OF_ROBOT * m->extensions.count;
     return (price){putting, putting + A_MATCH * rules * bodies};
 }
 

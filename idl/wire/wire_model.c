@@ -176,8 +176,9 @@ wire_reason check_joints(const wire_pose_batch *m, wire_refusal *why)
     if (!wire_joints_find(m->extensions, &rest)) return WIRE_OK;
     if (m->bodies.count && !m->linear.count != !m->angular.count)
         FAIL(WIRE_MALFORMED, "joints: linear and angular are both there beside them, or neither");
-    while (wire_joints_next(&rest, &j)) {
+    for (int robots = 0; wire_joints_next(&rest, &j); robots++) {
         TRY(check_joints_of(&j, why));
+        if (robots == WIRE_ROBOTS_MAX) FAIL(WIRE_TOO_LARGE, "joints: more than the allowed %d robots", WIRE_ROBOTS_MAX);
         if (m->bodies.count && !(j.flags & WIRE_JOINTS_GIVE_RATES) != !m->linear.count)
             FAIL(WIRE_MALFORMED, "joints of body %d: all of a batch have velocities, or none", j.body);
     }

@@ -13,6 +13,7 @@
 enum {
     WIRE_MODEL_BASE_OCTETS = 56, /* before its links */
     WIRE_LINK_OCTETS = 128,
+    WIRE_ROBOTS_MAX = 1024,     /* of which a batch has joints */
     WIRE_JOINTS_HEAD = 12,      /* octets before the numbers of one robot */
     WIRE_JOINTS_GIVE_BASE = 1,  /* flags: seven numbers say where the base is, ... */
     WIRE_JOINTS_GIVE_RATES = 2, /* ... and velocities stand behind what they belong to */

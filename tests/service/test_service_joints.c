@@ -294,6 +294,16 @@ static void joints_that_are_none_are_refused_and_move_nothing(void **state)
     record[4] -= 1; /* the record is shorter than what it holds */
     send_raw(&t, (wire_u8s){size - 1, record}, 0);
     expect_reject(&t, WIRE_POSE_BATCH, "octets are no robot's");
+    j = joints_of(0.5, 0.5);
+    enum { EACH = WIRE_JOINTS_HEAD + 16, MANY = WIRE_ROBOTS_MAX + 1 };
+    uint8_t *many = calloc(1, WIRE_EXTENSION_HEAD + EACH * MANY);
+    (void)wire_joints_write(&j, record);
+    memcpy(many, record, WIRE_EXTENSION_HEAD);
+    memcpy(many + 4, &(uint32_t){EACH * MANY}, 4);
+    for (int i = 0; i < MANY; i++) memcpy(many + WIRE_EXTENSION_HEAD + EACH * i, record + WIRE_EXTENSION_HEAD, EACH);
+    send_raw(&t, (wire_u8s){WIRE_EXTENSION_HEAD + EACH * MANY, many}, 0);
+    expect_reject(&t, WIRE_POSE_BATCH, "more than the allowed 1024 robots");
+    free(many);
     robot_is_at(&t, BASE, 0.1, 0.2);
     end(&t);
 }
