@@ -31,10 +31,13 @@ static size_t pairs(void)
     return (size_t)balls * (size_t)(balls - 1) / 2;
 }
 
+/* How many contacts a pair has. Where one of its contacts ends and the next one begins in a batch, either may come
+ * first. */
 static void note(reader *r, const collided_event *e, bool touches)
 {
     int a = atoi(e->name_a + strlen("ball ")), b = atoi(e->name_b + strlen("ball "));
-    r->touch[a < b ? a : b][a < b ? b : a] = touches;
+    unsigned char *count = &r->touch[a < b ? a : b][a < b ? b : a];
+    *count = (unsigned char)(*count + (touches ? 1 : -1));
 }
 
 /* What is not among a snapshot's ended before, and cannot begin again. */
@@ -61,7 +64,7 @@ static void follow(reader *r, const collided_event *e)
     unsigned char before = e->kind == COLLIDED_BEGIN ? NEVER : BEGUN;
     if (*at != before) fail_msg("%s: kind %d of contact %lld", r->name, (int)e->kind, (long long)e->contact);
     *at = e->kind == COLLIDED_END ? ENDED : BEGUN;
-    note(r, e, e->kind != COLLIDED_END);
+    if (e->kind == COLLIDED_BEGIN || e->kind == COLLIDED_END) note(r, e, e->kind == COLLIDED_BEGIN);
     r->touching += e->kind == COLLIDED_BEGIN;
     r->touching -= e->kind == COLLIDED_END;
 }
