@@ -371,6 +371,17 @@ static int writes_as(const char *folder)
     return rig_wait(rig_self("write", site_folder(folder), SECONDS_ROUND), 3 * RIG_PATIENCE_S);
 }
 
+/* On a busy machine a handshake takes longer than that. */
+static bool comes_in(const char *folder)
+{
+    double end = rig_now_s() + 2 * RIG_PATIENCE_S;
+    int status;
+    do {
+        status = writes_as(folder);
+    } while (status == 0 && rig_now_s() < end);
+    return status == STRANGER_MATCHED;
+}
+
 /* Its folder is what it always was; the daemon has the new list. Two of its certificates were made, and neither is good
  * any more; others come in, and one of the same name that was made anew. */
 static void who_was_revoked_is_shut_out(void **state)
@@ -378,15 +389,15 @@ static void who_was_revoked_is_shut_out(void **state)
     (void)state;
     rig_need_network();
     pid_t daemon = rig_daemon("--security", site_folder("revoking_before/daemon"));
-    assert_int_equal(writes_as("revoking/was_robot"), STRANGER_MATCHED);
-    assert_int_equal(writes_as("revoking/was_robot_first"), STRANGER_MATCHED);
+    assert_true(comes_in("revoking/was_robot"));
+    assert_true(comes_in("revoking/was_robot_first"));
     rig_kill(daemon, SIGTERM);
     assert_int_equal(rig_wait(daemon, RIG_PATIENCE_S), 0);
     rig_daemon("--security", site_folder("revoking/daemon"));
     assert_int_equal(writes_as("revoking/was_robot"), 0);
     assert_int_equal(writes_as("revoking/was_robot_first"), 0);
-    assert_int_equal(writes_as("revoking/second"), STRANGER_MATCHED);
-    assert_int_equal(writes_as("revoking/robot"), STRANGER_MATCHED);
+    assert_true(comes_in("revoking/second"));
+    assert_true(comes_in("revoking/robot"));
 }
 
 static void a_certificate_that_expires_soon_is_told(void **state)
