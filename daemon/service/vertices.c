@@ -62,7 +62,8 @@ static world_frame_status put_whole(service *s, const session *c, const frame_pa
     ARRAY(world_range) ranges = {0};
     for (size_t i = 0; i < f->pieces.count; i++) {
         const frame_piece *p = &f->pieces.at[i];
-        array_push(&ranges, ((world_range){p->first, p->count, f->vertices.at + p->at}));
+        const vec3 *at = p->count ? f->vertices.at + p->at : NULL;
+        array_push(&ranges, ((world_range){p->first, p->count, at}));
     }
     const world_frame frame = {.frame = f->frame,
         .stamp_ns = f->stamp_ns,

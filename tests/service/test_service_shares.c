@@ -370,8 +370,14 @@ static void strangers_leave_no_purse(void **state)
  * and a pose of a body that waits waits with it. */
 static void what_waits_keeps_its_order(void **state)
 {
+#if defined(__SANITIZE_THREAD__) /* a query takes too long for more of them, and says so */
+    enum { BODIES = 2000 };
+#else
     enum { BODIES = 8000 };
+#endif
     static const char path[] = "shares.lcmlog";
+    char name[16];
+    snprintf(name, sizeof name, "%d.%d", CROWD, BODIES - 1);
     (void)state;
     room r;
     config c = cell_config();
@@ -384,7 +390,7 @@ static void what_waits_keeps_its_order(void **state)
     forget(&r, r.crowd);
     for (int i = 0; i < BODIES; i++) put(&r, r.crowd, CROWD, i);
     int64_t copy = r.sequence;
-    cell_sphere(r.crowd, CROWD, copy, BODIES - 1, "11.7999", 0);           /* of the last one: it waits once */
+    cell_sphere(r.crowd, CROWD, copy, BODIES - 1, name, 0);                /* of the last one: it waits once */
     cell_pose(r.crowd, CROWD, ++r.sequence, BODIES - 1, 100000.0 * CROWD); /* into the first one */
     int64_t last = ++r.sequence;
     ask(r.crowd, CROWD, last, "*");
