@@ -32,15 +32,14 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
     to->ops->publish(to, &m);
 }
 
-static void refuse_message(wire_refusal *why, wire_reason reason, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-static void refuse_message(wire_refusal *why, wire_reason reason, const char *format, ...)
+wire_reason apply_refuse(wire_refusal *why, wire_reason reason, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
     why->reason = reason;
     vsnprintf(why->text, sizeof why->text, format, args);
     va_end(args);
+    return reason;
 }
 
 /* In status, for a minute. */
@@ -56,7 +55,7 @@ void apply_name_limit(service *s, const char *option)
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why)
 {
     if (now < (size_t)most) return false;
-    refuse_message(why, WIRE_LIMIT, "%s = %ld is reached", option, most);
+    apply_refuse(why, WIRE_LIMIT, "%s = %ld is reached", option, most);
     apply_name_limit(s, option);
     return true;
 }
@@ -81,7 +80,7 @@ static bool shape_at(service *s, const wire_body *m, uint32_t i, world_shape *ou
     int64_t hash = m->shape_geometries.at[i];
     if (hash == 0 || geometry_lend(s, geometry_claimed(s, m->client, hash), type, &out->shape)) return true;
     s->carried.lacks = hash;
-    refuse_message(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
+    apply_refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
         type == WIRE_SHAPE_HEIGHT_FIELD ? "height field" : shape_type_name(out->shape.type), (uint64_t)hash);
     return false;
 }
@@ -101,7 +100,7 @@ static bool compound_at(service *s, const wire_body *m, uint32_t i, world_shape 
     compound *whole;
     compound_status status = compound_build(children, locals, count, &whole);
     if (status != COMPOUND_OK) {
-        refuse_message(why, WIRE_BAD_SIZE, "shape_types[%u]: %s", i, compound_status_text(status));
+        apply_refuse(why, WIRE_BAD_SIZE, "shape_types[%u]: %s", i, compound_status_text(status));
         return false;
     }
     array_push(&s->compounds, whole);
@@ -210,7 +209,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, stru
         .rules = s->rules.at,
         .rule_count = s->rules.count};
     if (world_put_body(s->world, &id, &def) == WORLD_NAME_TAKEN) {
-        refuse_message(why, WIRE_NAME_TAKEN, "name: \"%.100s\" is the name of another body", m->name);
+        apply_refuse(why, WIRE_NAME_TAKEN, "name: \"%.100s\" is the name of another body", m->name);
         return why->reason;
     }
     if (!b) b = session_add_body(c, m->body);
@@ -432,7 +431,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         if (vertices_put(s, c, &m->vertex_batch, &why) == WIRE_OK) return true; /* its step is its answer */
         break;
     default:
-        refuse_message(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind));
+        apply_refuse(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind));
         break;
     }
     if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;

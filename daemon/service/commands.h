@@ -47,6 +47,9 @@ void poses_free(service *s);
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait);
 void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,
     const wire_refusal *why);
+/* Fills in *why: the reason, which it returns, and a line that names what is wrong. */
+wire_reason apply_refuse(wire_refusal *why, wire_reason reason, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 void apply_name_limit(service *s, const char *option); /* it is reached */
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);
 

@@ -11,7 +11,6 @@
 
 #include <inttypes.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -113,18 +112,6 @@ typedef struct robot_motion { /* of each link, world */
     vec3 linear[ROBOT_LINKS_MAX], angular[ROBOT_LINKS_MAX];
 } robot_motion;
 
-static bool refuse_joints(wire_refusal *why, wire_reason reason, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-static bool refuse_joints(wire_refusal *why, wire_reason reason, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    why->reason = reason;
-    vsnprintf(why->text, sizeof why->text, format, args);
-    va_end(args);
-    return false;
-}
-
 static bool is_within(vec3 v, double most)
 {
     return vec_max_abs(v) <= most; /* false for NaN */
@@ -139,8 +126,9 @@ static bool move_robot(const struct model *m, const wire_joints *j, robot_motion
          angular = moves_base ? vec(j->motion[3], j->motion[4], j->motion[5]) : VEC_ZERO;
     size_t bad = robot_tree_unusable(m->tree, j->values);
     if (bad != SIZE_MAX)
-        return refuse_joints(why, WIRE_BAD_NUMBER, "joints of body %d: value %zu is %g: beyond what a joint can turn",
-            j->body, bad, j->values[bad]);
+        return apply_refuse(why, WIRE_BAD_NUMBER, "joints of body %d: value %zu is %g: beyond what a joint can turn",
+                   j->body, bad, j->values[bad]),
+               false;
     robot_tree_forward(m->tree, j->values, out->at);
     if (rates) robot_tree_velocities(m->tree, j->rates, out->at, out->linear, out->angular);
     for (size_t i = 0; i < robot_tree_links(m->tree); i++) {
@@ -153,8 +141,9 @@ static bool move_robot(const struct model *m, const wire_joints *j, robot_motion
         out->at[i].q = quat_settled(out->at[i].q);
         if (!is_within(out->at[i].p, WIRE_POSITION_MAX) ||
             (rates && !(is_within(out->linear[i], WIRE_SPEED_MAX) && is_within(out->angular[i], WIRE_SPIN_MAX))))
-            return refuse_joints(
-                why, WIRE_BAD_NUMBER, "joints of body %d: link %zu would be too far away, or too fast", j->body, i);
+            return apply_refuse(why, WIRE_BAD_NUMBER, "joints of body %d: link %zu would be too far away, or too fast",
+                       j->body, i),
+                   false;
     }
     return true;
 }
@@ -179,13 +168,13 @@ static const struct model *find_model(session *c, const wire_joints *j, wire_ref
 {
     const owned_body *b = c ? session_body(c, j->body) : NULL;
     if (!b || !b->model) {
-        (void)refuse_joints(why, WIRE_UNKNOWN_BODY, "joints of body %d: it carries no robot", j->body);
+        apply_refuse(why, WIRE_UNKNOWN_BODY, "joints of body %d: it carries no robot", j->body);
         return NULL;
     }
     size_t wanted = robot_tree_coordinates(b->model->tree);
     if ((size_t)j->count == wanted) return b->model;
-    (void)refuse_joints(why, WIRE_MALFORMED, "joints of body %d: %d values: its robot has %zu joints that move",
-        j->body, j->count, wanted);
+    apply_refuse(why, WIRE_MALFORMED, "joints of body %d: %d values: its robot has %zu joints that move", j->body,
+        j->count, wanted);
     return NULL;
 }
 
@@ -244,10 +233,11 @@ static bool append_joints(service *s, session *c, const wire_joints *j, bool rat
     robot_motion at;
     if (!m) return false;
     if (!(j->flags & WIRE_JOINTS_GIVE_RATES) != !rates)
-        return refuse_joints(
-            why, WIRE_MALFORMED, "joints of body %d: all of a batch have velocities, or none", j->body);
+        return apply_refuse(why, WIRE_MALFORMED, "joints of body %d: all of a batch have velocities, or none", j->body),
+               false;
     if (s->expanded.bodies.count + m->body_count > WIRE_POSES_MAX)
-        return refuse_joints(why, WIRE_TOO_LARGE, "joints of body %d: more than %d poses", j->body, WIRE_POSES_MAX);
+        return apply_refuse(why, WIRE_TOO_LARGE, "joints of body %d: more than %d poses", j->body, WIRE_POSES_MAX),
+               false;
     if (!move_robot(m, j, &at, why)) return false;
     note_limits(s, c, m, j);
     append_robot(&s->expanded, m, &at, rates, j->flags & WIRE_JOINTS_TELEPORT);

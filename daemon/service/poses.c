@@ -326,11 +326,15 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
 {
     session *c = session_find(s, m->client);
     bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
-    bool may = may_wait && !(c && is_mark), waits = may && (!c || c->commands_tick == s->tick);
-    wire_pose_batch whole = *m;
-    if (!waits) models_expand(s, c, from, m, &whole);
-    if (waits || (find_bodies(s, c, &whole) && may)) {
+    bool may = may_wait && !(c && is_mark);
+    if (may && (!c || c->commands_tick == s->tick || !models_are_known(c, m))) {
         put_into_inbox(s, c, from, m);
+        return;
+    }
+    wire_pose_batch whole;
+    models_expand(s, c, from, m, &whole);
+    if (find_bodies(s, c, &whole) && may) { /* what was refused of it has been told */
+        put_into_inbox(s, c, from, &whole);
         return;
     }
     if (c && m->sequence != STEP_IN_ITS_NAME) c->last_seen_ns = s->monotonic_ns;

@@ -7,21 +7,9 @@
 #include "geometries.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-__attribute__((format(printf, 3, 4))) static wire_reason refuse_frame(
-    wire_refusal *why, wire_reason reason, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    why->reason = reason;
-    vsnprintf(why->text, sizeof why->text, format, args);
-    va_end(args);
-    return reason;
-}
 
 size_t vertices_weight(size_t vertices)
 {
@@ -52,7 +40,7 @@ static void drop_coming(service *s, size_t i)
 static void answer_frame(service *s, session *c, const frame_parts *f, wire_reason reason, const char *text)
 {
     wire_refusal why;
-    refuse_frame(&why, reason, "frame %" PRId64 ": %s", f->frame, text);
+    apply_refuse(&why, reason, "frame %" PRId64 ": %s", f->frame, text);
     apply_reject(s, c->link, WIRE_VERTEX_BATCH, c->client, f->sequence, f->body, &why);
 }
 
@@ -123,7 +111,7 @@ static wire_reason whole(service *s, session *c, frame_parts *f, wire_refusal *w
 {
     if (c->lock_step > 0 && f->step > s->lock_step.done && f->mode != WORLD_FRAME_PROPOSES) {
         if (!may_hold(s, c, f))
-            return refuse_frame(why, WIRE_LIMIT,
+            return apply_refuse(why, WIRE_LIMIT,
                 "frame %" PRId64 ": frames of the body with two times its vertices, or 64, wait for their step already",
                 f->frame);
         array_push(&s->vertices.held, *f);
@@ -132,7 +120,7 @@ static wire_reason whole(service *s, session *c, frame_parts *f, wire_refusal *w
     }
     const char *text;
     wire_reason reason = reason_of_frame(put_whole(s, c, f), &text);
-    if (reason != WIRE_OK) return refuse_frame(why, reason, "frame %" PRId64 ": %s", f->frame, text);
+    if (reason != WIRE_OK) return apply_refuse(why, reason, "frame %" PRId64 ": %s", f->frame, text);
     note_stamps(s, c, f);
     return WIRE_OK;
 }
@@ -178,10 +166,10 @@ static wire_reason check_part(
 {
     const owned_body *b = session_body(c, m->body);
     *vertices = b && b->world_id != WORLD_NONE ? world_soft_vertices(s->world, b->world_id) : 0;
-    if (!*vertices) return refuse_frame(why, WIRE_UNKNOWN_BODY, "body_id: %d is no soft body of this client", m->body);
-    if (m->shape != 0) return refuse_frame(why, WIRE_MALFORMED, "shape is %d: a soft body has the shape 0", m->shape);
+    if (!*vertices) return apply_refuse(why, WIRE_UNKNOWN_BODY, "body_id: %d is no soft body of this client", m->body);
+    if (m->shape != 0) return apply_refuse(why, WIRE_MALFORMED, "shape is %d: a soft body has the shape 0", m->shape);
     if ((size_t)m->first_vertex > *vertices || f->vertices > *vertices - (size_t)m->first_vertex)
-        return refuse_frame(why, WIRE_MALFORMED, "vertices %d to %" PRId64 ": the body has %zu", m->first_vertex,
+        return apply_refuse(why, WIRE_MALFORMED, "vertices %d to %" PRId64 ": the body has %zu", m->first_vertex,
             (int64_t)m->first_vertex + f->vertices - 1, *vertices);
     return WIRE_OK;
 }
@@ -218,13 +206,13 @@ wire_reason vertices_put(service *s, session *c, const wire_vertex_batch *m, wir
     wire_soft_read_frame(m, &f); /* it has been checked */
     if (check_part(s, c, m, &f, &vertices, why) != WIRE_OK) return why->reason;
     if (f.parts > 1 && !f.frame)
-        return refuse_frame(
+        return apply_refuse(
             why, WIRE_MALFORMED, "a frame in %d parts has the number 0: at least 1 is allowed", f.parts);
     size_t i = find_coming(s, c->client, m->body);
     frame_parts *at = i < s->vertices.coming.count ? &s->vertices.coming.at[i] : NULL;
     bool same = at && at->frame == f.frame && at->parts == f.parts && at->mode == f.mode && f.parts > 1;
     if (at && !same && f.parts > 1 && f.frame < at->frame)
-        return refuse_frame(
+        return apply_refuse(
             why, WIRE_OLD_POSE, "frame %" PRId64 ": parts of frame %" PRId64 " have come", f.frame, at->frame);
     if (at && !same) {
         report_incomplete(s, c, at);
@@ -241,7 +229,7 @@ wire_reason vertices_put(service *s, session *c, const wire_vertex_batch *m, wir
     }
     if (at->vertices.count + f.vertices > vertices) {
         drop_coming(s, i);
-        return refuse_frame(why, WIRE_TOO_LARGE, "frame %" PRId64 ": its parts have more than the body's %zu vertices",
+        return apply_refuse(why, WIRE_TOO_LARGE, "frame %" PRId64 ": its parts have more than the body's %zu vertices",
             f.frame, vertices);
     }
     add_part(at, m, &f);

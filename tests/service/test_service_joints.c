@@ -351,6 +351,33 @@ static void models_that_are_none_are_refused(void **state)
     end(&t);
 }
 
+/* It waits for a body that is not known yet, and is not refused a second time when that is over. */
+static void what_is_refused_of_a_batch_that_waits_is_told_once(void **state)
+{
+    (void)state;
+    plane t;
+    uint8_t record[sizeof(wire_joints)];
+    begin(&t);
+    wire_joints j = joints_of(2e5, 0);
+    const int32_t stranger = 55;
+    const double at[7] = {0, 0, 0, 1, 0, 0, 0};
+    const wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = ARM,
+            .sequence = ++t.sequence,
+            .bodies = {1, &stranger},
+            .positions = {3, at},
+            .orientations = {4, at + 3},
+            .extensions = {wire_joints_write(&j, record), record}}};
+    memory_send(t.end, &m);
+    expect_reject(&t, WIRE_POSE_BATCH, "value 0 is 200000");
+    expect_reject(&t, WIRE_POSE_BATCH, "1 of 1 bodies are not announced");
+    cell_settle(t.end, t.memory, ARM, ++t.sequence);
+    wire_status s = cell_await(t.end, t.memory, WIRE_STATUS).status;
+    assert_int_equal(cell_counter(&s, "reject_bad_number"), 1);
+    end(&t);
+}
+
 /* ---- steps ---- */
 
 /* The first step is ended without the robot, which was refused; sent again, it is done with it. */
@@ -544,6 +571,7 @@ int main(void)
         cmocka_unit_test(velocities_are_the_links_own),
         cmocka_unit_test(joints_that_are_none_are_refused_and_move_nothing),
         cmocka_unit_test(models_that_are_none_are_refused),
+        cmocka_unit_test(what_is_refused_of_a_batch_that_waits_is_told_once),
         cmocka_unit_test(a_step_waits_for_joints_that_were_refused),
         cmocka_unit_test(the_answer_to_a_step_counts_joints_that_were_refused),
         cmocka_unit_test(recordings_replay_from_their_middle_too),
