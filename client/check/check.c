@@ -435,12 +435,15 @@ static bool keeps_apart(double first, double last, double margin, double taken)
 }
 
 /*@ requires (a == \null || shape_is_there(a)) && (b == \null || shape_is_there(b)) && (m == \null || \valid_read(m));
-    requires m != \null &&
-      2 <= m->count <= COLLIDED_CHECK_TIMES_MOST ==> (m->times == \null || \valid_read(m->times + (0 .. m->count - 1)))
-   && (m->poses_a == \null || \valid_read(m->poses_a + (0 .. 7 * m->count - 1))) && (m->poses_b == \null ||
-   \valid_read(m->poses_b + (0 .. 7 * m->count - 1))) && (m->axes == \null || \valid_read(m->axes + (0 .. 3 * m->count -
-   1))); requires until == \null || \valid(until); ensures \result \in {0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13}; behavior
-   refused: assumes until == \null; assigns \nothing; behavior told: assumes until != \null; assigns *until; */
+    requires m != \null && 2 <= m->count <= COLLIDED_CHECK_TIMES_MOST ==>
+      (m->times == \null || \valid_read(m->times + (0 .. m->count - 1))) &&
+      (m->poses_a == \null || \valid_read(m->poses_a + (0 .. 7 * m->count - 1))) &&
+      (m->poses_b == \null || \valid_read(m->poses_b + (0 .. 7 * m->count - 1))) &&
+      (m->axes == \null || \valid_read(m->axes + (0 .. 3 * m->count - 1)));
+    requires until == \null || \valid(until);
+    ensures \result \in {0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13};
+    behavior refused: assumes until == \null; assigns \nothing;
+    behavior told: assumes until != \null; assigns *until; */
 collided_check_status collided_check_motion_free(
     const collided_check_shape *a, const collided_check_shape *b, const collided_check_motion *m, double *until)
 {
